@@ -1,0 +1,65 @@
+// The only place that knows threads (oneTBB underneath). A small vocabulary of verbs:
+//   run_with_threads   everything inside runs on at most `threads` threads
+//   for_blocks         f(begin, end) over fixed blocks of [0, n)
+//   for_each_index     f(i) for i in [0, n)
+//   reduce_blocks      per-block results, combined in block order: the same bits for any number of threads
+//   both               two tasks side by side
+// Blocks depend on n and the block size alone, never on the number of threads.
+#pragma once
+#include <algorithm>
+#include <cstddef>
+#include <functional>
+#include <vector>
+
+#include <oneapi/tbb/blocked_range.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_invoke.h>
+
+namespace isopach {
+
+inline constexpr std::size_t default_block = 4096;
+
+/// Runs `work` with at most `threads` threads (0 = all cores). More threads than cores are allowed.
+void run_with_threads(int threads, const std::function<void()>& work);
+
+/// Number of threads that parallel work may use where this is called.
+[[nodiscard]] int thread_count();
+
+template <class F>
+void for_blocks(std::size_t n, std::size_t block, F&& f) {
+  const std::size_t blocks = (n + block - 1) / block;
+  if (blocks <= 1) {
+    if (n > 0) f(std::size_t{0}, n);
+    return;
+  }
+  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, blocks, 1),
+                            [&](const oneapi::tbb::blocked_range<std::size_t>& range) {
+                              for (std::size_t b = range.begin(); b != range.end(); ++b)
+                                f(b * block, std::min(n, (b + 1) * block));
+                            });
+}
+
+template <class F>
+void for_each_index(std::size_t n, F&& f) {
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) f(i);
+  });
+}
+
+/// `map(begin, end) -> T` on fixed blocks, then `combine(T& left, const T& right)` from left to right.
+template <class T, class Map, class Combine>
+[[nodiscard]] T reduce_blocks(std::size_t n, std::size_t block, Map&& map, Combine&& combine) {
+  const std::size_t blocks = (n + block - 1) / block;
+  std::vector<T> partial(blocks);
+  for_blocks(n, block, [&](std::size_t begin, std::size_t end) { partial[begin / block] = map(begin, end); });
+  T total{};
+  for (const T& part : partial) combine(total, part);
+  return total;
+}
+
+template <class F, class G>
+void both(F&& f, G&& g) {
+  oneapi::tbb::parallel_invoke(std::forward<F>(f), std::forward<G>(g));
+}
+
+}  // namespace isopach

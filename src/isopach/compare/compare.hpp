@@ -1,0 +1,13 @@
+// THE PAGE's header: compare(a, b, options).
+#pragma once
+#include "isopach/base/context.hpp"
+#include "isopach/cloud/cloud.hpp"
+#include "isopach/compare/comparison.hpp"
+
+namespace isopach {
+
+/// How much and where b differs from a (METHOD section 2). Errors: OverlapError when the hulls are disjoint, touch only,
+/// or coverage is below options.min_coverage; InputError for scans without usable points or with CRS that do not match.
+[[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context);
+
+}  // namespace isopach

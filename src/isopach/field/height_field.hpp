@@ -1,0 +1,77 @@
+// HeightField: a scan seen along the projection direction. Nodes in the plane in Hilbert order, one height each, ids back
+// into the cloud, what was cleaned and why (METHOD section 1).
+#pragma once
+#include <array>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "isopach/base/array.hpp"
+#include "isopach/base/context.hpp"
+#include "isopach/base/types.hpp"
+#include "isopach/cloud/cloud.hpp"
+#include "isopach/geom/curve.hpp"
+#include "isopach/geom/rigid.hpp"
+#include "isopach/geom/vec.hpp"
+
+namespace isopach {
+
+/// How the heights of points with the same (x, y) become one. "error" refuses such a scan.
+enum class DuplicatePolicy { mean, min, max, median, first, error };
+
+/// Projection direction: an axis, a given vector, or the normal of the plane fitted to both scans together.
+struct Direction {
+  enum class Kind { axis_x, axis_y, axis_z, vector, fit } kind = Kind::axis_z;
+  Point3 vector{0, 0, 1};  ///< used by Kind::vector; any length but 0
+};
+
+struct ProjectOptions {
+  Direction direction;                               ///< default z
+  DuplicatePolicy duplicates = DuplicatePolicy::mean;
+  std::vector<int> classes;                          ///< keep only these LAS classes; empty = all
+  std::optional<Box2> crop;                          ///< keep only points with (x, y) of the input inside; closed box
+};
+
+/// The frame both scans of a pair are seen in: field = rotation · (input − origin). One frame per pair.
+/// `origin` is chosen so that the subtraction is exact in doubles (see choose_frame); rotation rows are u, v, w.
+struct Frame {
+  Point3 origin{0, 0, 0};
+  std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major; rows u, v, w; w = projection direction
+  bool axis_aligned = true;                                   ///< rotation only permutes axes: no rounding
+  CurveBox curve;                                             ///< the box both scans' Hilbert keys are counted in
+
+  [[nodiscard]] Point3 to_field(const Point3& p) const;
+  [[nodiscard]] Point3 to_input(const Point3& p) const;
+};
+
+/// What happened to the points on the way. points = kept + dropped_*; nodes = kept − duplicates.
+struct Cleaning {
+  std::size_t points = 0, dropped_nonfinite = 0, dropped_class = 0, dropped_crop = 0;
+  std::size_t duplicates = 0;             ///< points merged into a node that another point already made
+  double duplicate_max_spread = 0;        ///< largest difference of height inside one merged node
+};
+
+struct HeightField {
+  Array<Point2> xy;             ///< nodes, frame coordinates, Hilbert order, no two equal
+  Array<double> z;              ///< height of each node along the direction
+  Array<Index> node_of_point;   ///< for each point of the cloud its node, or no_index if dropped
+  Cleaning cleaning;
+};
+
+/// Frame for a pair of clouds (the same for (a, b) and (b, a)). `pose` is applied to b first.
+[[nodiscard]] Frame choose_frame(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
+                                 const Context& context);
+
+/// Projects one cloud. The result depends on the set of points, not on their order (but for DuplicatePolicy::first).
+/// Cost: O(n) (radix sort). Errors: InputError when the attribute "classification" is missing and classes are asked
+/// for, when duplicates are forbidden and present, and when no point is left.
+[[nodiscard]] HeightField project(const Cloud& cloud, const Pose& pose, const Frame& frame,
+                                  const ProjectOptions& options, const Context& context);
+
+/// Share of the occupied area in which the scan has several layers along the direction (0 for a true height field).
+/// Works on the nodes before merging would hide anything: cells of about 24 points whose heights, freed of their plane,
+/// fall into two groups far apart that are interleaved in the plane (a cliff is not). See the docs page "height field".
+[[nodiscard]] double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame,
+                                   const ProjectOptions& options, const Context& context);
+
+}  // namespace isopach

@@ -1,0 +1,34 @@
+// Hilbert curve: the order of all arrays. Points near each other on the curve are near each other in the plane, and the
+// points of a run of keys with a common prefix fill one square of a quadtree, which the divide and conquer of
+// delaunay/build uses as its cut.
+//
+// Source: D. Hilbert 1891; the key is read off a table of 4 states, 4 bits an axis at a time.
+#pragma once
+#include <cstdint>
+#include <span>
+
+#include "isopach/base/array.hpp"
+#include "isopach/base/types.hpp"
+#include "isopach/geom/vec.hpp"
+
+namespace isopach {
+
+/// The square in which keys are counted: cell = floor((p − min) · scale), 32 bits an axis, clamped to the square.
+struct CurveBox {
+  Point2 min{0, 0};
+  double scale = 1;  ///< cells per unit of length
+};
+
+/// Smallest such square around a box (a power-of-two number of units wide, so that scaling is exact).
+[[nodiscard]] CurveBox curve_box(const Box2& box);
+
+/// 64-bit Hilbert key of a point: 32 levels of the curve, most significant first.
+[[nodiscard]] std::uint64_t curve_key(const CurveBox& box, const Point2& p);
+
+/// Ids of the points in curve order: by key, equal keys lexicographically, equal points by id. A function of the point
+/// set up to the ids of equal points. Cost: O(n), a radix sort. `keys`, if given, receives the keys in that order.
+/// Oracle: tests/geom/curve_test.cpp (std::sort by the same relation).
+[[nodiscard]] Array<Index> curve_order(std::span<const Point2> points, const CurveBox& box,
+                                       Array<std::uint64_t>* keys = nullptr);
+
+}  // namespace isopach
