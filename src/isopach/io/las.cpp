@@ -179,7 +179,7 @@ void write_frame(const std::string& path, const Frame& frame, const Fill& fill, 
         ~Remover() { std::remove(name.c_str()); }
       } remover{plain};
       write_plain(plain, frame, fill, context);
-      compress_las(plain, temporary, context);
+      compress_las(plain, temporary, frame.count, context);
     } else {
       write_plain(temporary, frame, fill, context);
     }

@@ -225,7 +225,7 @@ void LazReader::next(char* record) {
   pack(*state_->point, state_->format, state_->length, record);
 }
 
-void compress_las(const std::string& las, const std::string& laz, const Context& context) {
+void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {
   Handle reader, writer;
   const auto check = [&](bool good, const Handle& handle) {
     if (!good) throw Error(ExitCode::internal, fmt::format("{}: LASzip cannot write it ({})", laz, handle.error()));
@@ -233,16 +233,14 @@ void compress_las(const std::string& las, const std::string& laz, const Context&
   check(reader.open_reader(las), reader);
   laszip_header* header = nullptr;
   laszip_point* point = nullptr;
-  laszip_I64 count = 0;
   check(laszip_get_header_pointer(reader.get(), &header) == 0, reader);
   check(laszip_get_point_pointer(reader.get(), &point) == 0, reader);
-  check(laszip_get_point_count(reader.get(), &count) == 0, reader);
   check(laszip_set_header(writer.get(), header) == 0, writer);
   check(laszip_preserve_generating_software(writer.get(), 1) == 0, writer);
   check(laszip_request_native_extension(writer.get(), 1) == 0, writer);
   check(writer.open_writer(laz), writer);
-  constexpr laszip_I64 block = 65536;
-  for (laszip_I64 i = 0; i < count; ++i) {
+  constexpr std::size_t block = 65536;
+  for (std::size_t i = 0; i < count; ++i) {
     if (i % block == 0) context.step("write", static_cast<double>(i) / static_cast<double>(count));
     check(laszip_read_point(reader.get()) == 0, reader);
     check(laszip_set_point(writer.get(), point) == 0, writer);
