@@ -268,13 +268,7 @@ void describe_domain(const CellView& cells, Comparison& c) {
     throw OverlapError(
         "the common area of the scans holds no cell to measure: they touch, overlap in a sliver only, or all points "
         "lie on one line");
-  const Box2 bounds = [&] {
-    Box2 box;
-    for (const Point2& p : cells.xy) box.add(p);
-    return box;
-  }();
-  if (c.options.domain == DomainKind::hull && !(c.area_union > 0))
-    c.area_union = (bounds.max.x - bounds.min.x) * (bounds.max.y - bounds.min.y);
+  if (!(c.area_union > 0)) c.area_union = c.domain_area;  // two lines span a hull but cover nothing themselves
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
   if (c.coverage < c.options.min_coverage)
     throw OverlapError(fmt::format(

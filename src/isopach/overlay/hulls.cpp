@@ -43,14 +43,17 @@ struct Line {  // over one slab of width 1
 
 // ∫ over a slab of max(0, min(u1, u2) − max(l1, l2)), all linear on it.
 double slab_area(const Line& l1, const Line& l2, const Line& u1, const Line& u2, double width) {
-  std::array<double, 8> cuts{0, 1};
+  std::array<double, 6> cuts{0, 1};  // ascending
   std::size_t count = 2;
   const auto cut = [&](const Line& a, const Line& b) {
     const double d0 = a.left - b.left, d1 = a.right - b.right;
-    if ((d0 < 0) != (d1 < 0) && d0 != d1) cuts[count++] = std::clamp(d0 / (d0 - d1), 0.0, 1.0);
+    if ((d0 < 0) == (d1 < 0) || d0 == d1) return;
+    const double s = std::clamp(d0 / (d0 - d1), 0.0, 1.0);
+    std::size_t i = count++;
+    for (; i > 0 && cuts[i - 1] > s; --i) cuts[i] = cuts[i - 1];
+    cuts[i] = s;
   };
   cut(l1, l2), cut(u1, u2), cut(u1, l2), cut(u2, l1);
-  std::sort(cuts.begin(), cuts.begin() + static_cast<std::ptrdiff_t>(count));
   const auto gap = [&](double s) { return std::max(0.0, std::min(u1.at(s), u2.at(s)) - std::max(l1.at(s), l2.at(s))); };
   double area = 0;
   for (std::size_t i = 0; i + 1 < count; ++i) area += (cuts[i + 1] - cuts[i]) * (gap(cuts[i]) + gap(cuts[i + 1])) / 2;
