@@ -85,6 +85,11 @@ Axis axis_of(const Frame& frame, std::size_t row) {
   return {row == 0 ? "u" : "v", 1, 0};
 }
 
+/// The middle of a label of half-width `half`, moved to stay between the two ends where there is room.
+double within(double middle, double low, double high, double half) {
+  return high - low < 2 * half ? middle : std::clamp(middle, low + half, high - half);
+}
+
 struct Tick {
   double at;  // frame coordinate
   std::string label;
@@ -193,11 +198,11 @@ class Map {
     const double below = panel_y_ + rows_ / 2.0 + content / 2;
     if (upright_) {
       const double length = std::min(content - 110 * s_, 640 * s_);
-      bar_ = {panel_x_ + columns_ + 138 * s_, below - content / 2 + (content + length) / 2, length, 30 * s_, true};
+      bar_ = {panel_x_ + columns_ + 138 * s_, below - (content - length) / 2, length, 30 * s_, true};
     } else {
-      bar_ = {options_.width / 2.0 - 340 * s_, below + 178 * s_, 680 * s_, 26 * s_, false};
+      bar_ = {options_.width / 2.0 - 340 * s_, below + 156 * s_, 680 * s_, 26 * s_, false};
     }
-    foot_y_ = below + (upright_ ? 96 : 282) * s_;
+    foot_y_ = below + (upright_ ? 96 : 262) * s_;
     height_ = static_cast<int>(std::lround(foot_y_ + 74 * s_));
   }
 
@@ -241,13 +246,15 @@ class Map {
     for (const Tick& t : ticks(across, box_.min.x, box_.max.x, label / scale_)) {
       const double x = panel_x_ + (t.at - box_.min.x) * scale_;
       canvas.line(x, bottom, x, bottom + tick, 1.5 * s_, rule);
-      canvas.text(x, bottom + 27 * s_, t.label, font, Align::centre);
+      const double half = canvas.text_width(t.label, font) / 2;
+      canvas.text(within(x, panel_x_, panel_x_ + columns_, half), bottom + 27 * s_, t.label, font, Align::centre);
     }
     const double tall = 1.5 * canvas.text_width(widest(up, box_.min.y, box_.max.y), font);
     for (const Tick& t : ticks(up, box_.min.y, box_.max.y, tall / scale_)) {
       const double y = panel_y_ + (box_.max.y - t.at) * scale_;
       canvas.line(panel_x_ - tick, y, panel_x_, y, 1.5 * s_, rule);
-      canvas.text_upwards(panel_x_ - 14 * s_, y, t.label, font, Align::centre);
+      const double half = canvas.text_width(t.label, font) / 2;
+      canvas.text_upwards(panel_x_ - 14 * s_, within(y, panel_y_, bottom, half), t.label, font, Align::centre);
     }
     canvas.text(panel_x_ + columns_ / 2.0, bottom + 52 * s_, across.name + unit, font, Align::centre);
     canvas.text_upwards(panel_x_ - 42 * s_, panel_y_ + rows_ / 2.0, up.name + unit, font, Align::centre);
@@ -302,11 +309,20 @@ class Map {
     canvas.triangle(p.x, p.y, q.x, q.y, tip.x, tip.y, colour);
   }
 
+  /// The limit has two digits, its half at most three; no zeros behind them.
+  [[nodiscard]] std::string bar_label(double value) const {
+    const int exponent = static_cast<int>(std::floor(std::log10(limit_) + 1e-9));
+    if (exponent < -4 || exponent > 6) return signed_number(value, fine, 3);
+    const bool odd = std::lround(limit_ * std::pow(10.0, 1 - exponent)) % 2 != 0;
+    const int decimals = std::max(0, 1 - exponent + (odd ? 1 : 0));
+    return (value > 0 ? "+" : "") + (value == 0 ? std::string("0") : fixed_number(value, decimals, fine));
+  }
+
   void draw_bar_labels(Canvas& canvas) const {
     const Canvas::Font font{18 * s_, false, ink}, above{18 * s_, true, palette_(1)}, below{18 * s_, true, palette_(-1)};
     for (int k = -2; k <= 2; ++k) {
       const double value = limit_ * k / 2;
-      const std::string label = signed_number(value, fine, 3) + (k == 0 ? "\u00a0" + unit_text(c_.unit) : "");
+      const std::string label = bar_label(value) + (k == 0 ? "\u00a0" + unit_text(c_.unit) : "");
       const auto p = bar_.at(along(value), bar_.thickness), q = bar_.at(along(value), bar_.thickness + 7 * s_);
       canvas.line(p.x, p.y, q.x, q.y, 1.5 * s_, rule);
       if (bar_.upright)
