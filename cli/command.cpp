@@ -49,18 +49,9 @@ class HelpFormatter : public CLI::Formatter {
     return out + "\n";
   }
   std::string make_group(std::string group, bool is_positional, std::vector<const CLI::Option*> options) const override {
-    std::string out = "\n" + group + ":\n";
+    std::string out = (is_positional ? "\n" : "") + group + ":\n";
     for (const CLI::Option* option : options) out += make_option(option, is_positional);
-    return out;
-  }
-  std::string make_groups(const CLI::App* app, CLI::AppFormatMode) const override {
-    std::string out;
-    for (const std::string& group : app->get_groups()) {
-      const auto options = app->get_options(
-          [&](const CLI::Option* option) { return option->get_group() == group && option->nonpositional(); });
-      if (!group.empty() && !options.empty()) out += make_group(group, false, options);
-    }
-    return out;
+    return is_positional ? out + "\n" : out;
   }
 };
 
@@ -73,7 +64,7 @@ class ConfigFile : public CLI::Config {
   std::string to_config(const CLI::App*, bool, bool, std::string) const override { return {}; }
 
   std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
-    std::vector<CLI::ConfigItem> items;
+    std::vector<CLI::ConfigItem> found;
     std::string line;
     for (int number = 1; std::getline(input, line); ++number) {
       line = trimmed(without_comment(line));
@@ -87,9 +78,9 @@ class ConfigFile : public CLI::Config {
       if (app_.get_option_no_throw("--" + item.name) == nullptr)
         throw UsageError(fmt::format("{}:{}: unknown option '{}'{}", app_.get_config_ptr()->as<std::string>(), number,
                                      item.name, did_you_mean(item.name, names())));
-      items.push_back(std::move(item));
+      found.push_back(std::move(item));
     }
-    return items;
+    return found;
   }
 
  private:
@@ -144,7 +135,7 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
     const std::size_t distance = edit_distance(word, name);
     if (distance < least) least = distance, best = name;
   }
-  return best.empty() ? "" : fmt::format("; did you mean '{}'?", best);
+  return best.empty() ? "" : fmt::format(" (did you mean '{}'?)", best);
 }
 
 Command::Command(const std::string& verb, const std::string& description, const std::string& footer)
@@ -152,13 +143,8 @@ Command::Command(const std::string& verb, const std::string& description, const 
   app_.formatter(std::make_shared<HelpFormatter>());
   app_.get_formatter()->label("OPTIONS", "options");
   app_.get_formatter()->label("Positionals", "Arguments");
-  app_.footer("\n" + footer);
-  app_.option_defaults()->multi_option_policy(CLI::MultiOptionPolicy::Throw);
-  app_.get_help_ptr()->group("Run")->description("Print this help and exit");
-  app_.set_version_flag("--version", fmt::format("isopach {}", version), "Print the version and exit")->group("Run");
-  app_.set_config("--config", "", "Read options from FILE: lines 'name = value', # for comments; the command line wins")
-      ->type_name("FILE")
-      ->group("Run");
+  app_.footer(footer);
+  app_.set_help_flag();
   app_.config_formatter(std::make_shared<ConfigFile>(app_));
   app_.allow_config_extras(CLI::config_extras_mode::error);
 }
@@ -178,6 +164,11 @@ std::string Command::unknown_word() const {
 }
 
 bool Command::parse(const Arguments& arguments) {
+  app_.set_help_flag("-h,--help", "Print this help and exit")->group("Run");
+  app_.set_version_flag("--version", fmt::format("isopach {}", version), "Print the version and exit")->group("Run");
+  app_.set_config("--config", "", "Read options from FILE: lines 'name = value', # for comments; the command line wins")
+      ->type_name("FILE")
+      ->group("Run");
   Arguments reversed(arguments.rbegin(), arguments.rend());
   try {
     app_.parse(reversed);

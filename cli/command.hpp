@@ -12,7 +12,7 @@
 
 namespace isopach::cli {
 
-/// "; did you mean 'x'?" for the nearest name, or nothing if none is near.
+/// " (did you mean 'x'?)" for the nearest name, or nothing if none is near.
 [[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
 
 /// A verb's parser. Options declared here appear in its --help and may stand in its --config file.

@@ -62,6 +62,7 @@ int fail(ExitCode code, const std::string& message) {
   std::string line = message;
   for (char& c : line)
     if (c == '\n' || c == '\r') c = ' ';
+  std::fflush(stdout);
   fmt::print(stderr, "isopach: {}\n", line);
   return static_cast<int>(code);
 }
