@@ -33,8 +33,10 @@ class HelpFormatter : public CLI::Formatter {
     if (!option->get_default_str().empty()) text += fmt::format(" (default {})", option->get_default_str());
 
     std::string out = left;
-    if (left.size() + 1 > name_width) out += "\n" + std::string(name_width, ' ');
-    else out += std::string(name_width - left.size(), ' ');
+    if (left.size() + 1 > name_width)
+      out += "\n" + std::string(name_width, ' ');
+    else
+      out += std::string(name_width - left.size(), ' ');
     std::size_t column = name_width;
     std::istringstream words(text);
     for (std::string word; words >> word;) {
@@ -48,7 +50,8 @@ class HelpFormatter : public CLI::Formatter {
     }
     return out + "\n";
   }
-  std::string make_group(std::string group, bool is_positional, std::vector<const CLI::Option*> options) const override {
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
     std::string out = (is_positional ? "\n" : "") + group + ":\n";
     for (const CLI::Option* option : options) out += make_option(option, is_positional);
     return is_positional ? out + "\n" : out;
@@ -88,9 +91,12 @@ class ConfigFile : public CLI::Config {
     char quote = 0;
     for (std::size_t i = 0; i < line.size(); ++i) {
       const char c = line[i];
-      if (quote != 0) quote = c == quote ? 0 : quote;
-      else if (c == '"' || c == '\'') quote = c;
-      else if (c == '#') return line.substr(0, i);
+      if (quote != 0)
+        quote = c == quote ? 0 : quote;
+      else if (c == '"' || c == '\'')
+        quote = c;
+      else if (c == '#')
+        return line.substr(0, i);
     }
     return line;
   }
@@ -186,7 +192,8 @@ bool Command::parse(const Arguments& arguments) {
 
 void add_run_options(Command& command, RunOptions& options) {
   command.heading("Run");
-  command.option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
+  command
+      .option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
       ->check(CLI::Range(0, 4096).description(""))
       ->capture_default_str();
   command.choice<ProgressKind>("--progress", options.progress,
@@ -196,7 +203,8 @@ void add_run_options(Command& command, RunOptions& options) {
                                 {"none", ProgressKind::none}},
                                "Progress on stderr; auto: a bar on a terminal, in runs longer than a second; json: one "
                                "object a line");
-  command.flag("--quiet", options.quiet, "No summary, no warnings, no progress: only failures, and what --json - prints");
+  command.flag("--quiet", options.quiet,
+               "No summary, no warnings, no progress: only failures, and what --json - prints");
   command.flag("--verbose", options.verbose, "The stages and when each began, on stderr");
 }
 

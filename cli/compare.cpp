@@ -18,7 +18,8 @@ constexpr const char* description =
     "Positive: B lies above A. Lengths are in the unit of the files; areas and volumes in its square and cube.\n";
 
 constexpr const char* footer =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 6 --fail-above exceeded, 130 interrupted.\n"
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 6 --fail-above exceeded, 130 "
+    "interrupted.\n"
     "\n"
     "Examples:\n"
     "  isopach compare before.laz after.laz                       the summary, on stdout\n"
@@ -39,8 +40,9 @@ struct Request {
 void add_projection_options(Command& command, Request& request) {
   ProjectOptions& project = request.options.project;
   command.heading("Scans");
-  command.parsed("--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction,
-                 "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)");
+  command.parsed(
+      "--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction,
+      "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)");
   command.choice<DuplicatePolicy>("--duplicates", project.duplicates,
                                   {{"mean", DuplicatePolicy::mean},
                                    {"min", DuplicatePolicy::min},
@@ -53,8 +55,9 @@ void add_projection_options(Command& command, Request& request) {
                  "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
   command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", project.crop, parse_crop,
                  "Keep only points inside this box, in input coordinates (default all)");
-  command.option("--pose", "FILE", request.pose_path,
-                 "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first (default: as is)");
+  command.option(
+      "--pose", "FILE", request.pose_path,
+      "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first (default: as is)");
   command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", request.options.unit, parse_unit,
                  "Unit of both inputs, where the files do not say it or say it wrongly");
   command.flag("--allow-crs", request.options.allow_crs,
@@ -68,21 +71,24 @@ void add_measure_options(Command& command, Request& request) {
   command.heading("Measure");
   command.choice<Surface>("--surface", options.surface, {{"common", Surface::common}},
                           "Cells of the integral; common: the Delaunay triangulation of both scans together");
-  command.choice<DomainKind>("--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
-                             "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
-                             "on from its border");
+  command.choice<DomainKind>(
+      "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
+      "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
+      "on from its border");
   command.choice<BorderRule>("--border", options.border, {{"hull", BorderRule::hull}},
                              "Border of a scan; hull: the convex hull of its points");
   command.choice<LocateMethod>("--locate", options.locate, {{"tree", LocateMethod::tree}},
                                "How points of one scan are found in the other; tree: along the spanning tree");
-  command.option("--min-coverage", "SHARE", options.min_coverage,
-                 "Exit 4 if the scans share less than this part of their area, 0 to 1")
+  command
+      .option("--min-coverage", "SHARE", options.min_coverage,
+              "Exit 4 if the scans share less than this part of their area, 0 to 1")
       ->check(CLI::Range(0.0, 1.0).description(""))
       ->capture_default_str();
-  command.option("--fail-above", "STATISTIC=LIMIT", request.fail_above,
-                 fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean and net "
-                             "by their size. One of {}",
-                             statistic_names()));
+  command.option(
+      "--fail-above", "STATISTIC=LIMIT", request.fail_above,
+      fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean and net "
+                  "by their size. One of {}",
+                  statistic_names()));
 }
 
 Cloud read_scan(const std::string& path, const Request& request, const Context& context) {
@@ -96,7 +102,8 @@ Cloud read_scan(const std::string& path, const Request& request, const Context& 
 int run_compare(const Arguments& arguments) {
   Request request;
   Command command("compare", description, footer);
-  command.positional("A", request.path_a, "Reference scan, or the one before: XYZ, CSV, PTS, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC");
+  command.positional("A", request.path_a,
+                     "Reference scan, or the one before: XYZ, CSV, PTS, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC");
   command.positional("B", request.path_b, "Compared scan, or the one after");
   add_delivery_options(command, request.delivery, "");
   add_projection_options(command, request);

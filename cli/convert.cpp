@@ -11,7 +11,8 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "Reads IN and writes OUT in the format of its extension; attributes and faces are kept where the format can hold them.\n";
+    "Reads IN and writes OUT in the format of its extension; attributes and faces are kept where the format can hold "
+    "them.\n";
 
 constexpr const char* footer =
     "Examples:\n"

@@ -12,7 +12,8 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "Makes two scans of a scene whose volumes are known, compares them, and writes the report with the truth beside it.\n";
+    "Makes two scans of a scene whose volumes are known, compares them, and writes the report with the truth beside "
+    "it.\n";
 
 constexpr const char* footer =
     "Examples:\n"

@@ -20,7 +20,8 @@ constexpr const char* description =
 
 constexpr const char* footer =
     "duplicates: points with the x and y of another point. layers: share of the area with several surfaces above one\n"
-    "another; a comparison wants 0. spacing: median distance from a point to its nearest neighbour in the plane, estimated.\n"
+    "another; a comparison wants 0. spacing: median distance from a point to its nearest neighbour in the plane, "
+    "estimated.\n"
     "\n"
     "Examples:\n"
     "  isopach info before.laz after.laz\n"
@@ -77,7 +78,8 @@ nlohmann::ordered_json to_json(const std::string& path, const Info& info) {
   json["unit"] = cloud.unit;
   json["vertical_unit"] = cloud.vertical_unit;
   json["crs"] = cloud.crs.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(cloud.crs);
-  if (info.bounds.empty()) json["bounds"] = nullptr;
+  if (info.bounds.empty())
+    json["bounds"] = nullptr;
   else
     json["bounds"] = {{"min", {info.bounds.min.x, info.bounds.min.y, info.bounds.min.z}},
                       {"max", {info.bounds.max.x, info.bounds.max.y, info.bounds.max.z}}};
@@ -106,13 +108,15 @@ std::string crs_name(const std::string& crs) {
 std::string to_text(const std::string& path, const Info& info) {
   const Cloud& cloud = info.cloud;
   std::string out = path + "\n";
-  const auto row = [&](const char* name, const std::string& value) { out += fmt::format("  {:<12} {}\n", name, value); };
+  const auto row = [&](const char* name, const std::string& value) {
+    out += fmt::format("  {:<12} {}\n", name, value);
+  };
   row("format", cloud.format);
   row("points", fmt::format("{}", cloud.points.size()));
   if (!cloud.faces.empty()) row("faces", fmt::format("{}", cloud.faces.size()));
   if (cloud.grid) row("grid", fmt::format("{} columns, {} rows", cloud.grid->columns, cloud.grid->rows));
-  row("unit", cloud.unit == cloud.vertical_unit ? cloud.unit
-                                                : fmt::format("{}, heights {}", cloud.unit, cloud.vertical_unit));
+  row("unit",
+      cloud.unit == cloud.vertical_unit ? cloud.unit : fmt::format("{}, heights {}", cloud.unit, cloud.vertical_unit));
   row("CRS", crs_name(cloud.crs));
   std::string names;
   for (const Attribute& attribute : cloud.attributes) names += (names.empty() ? "" : " ") + attribute.name;
@@ -128,9 +132,9 @@ std::string to_text(const std::string& path, const Info& info) {
   const Cleaning& cleaning = info.field->cleaning;
   if (cleaning.dropped_nonfinite > 0) row("not finite", fmt::format("{}", cleaning.dropped_nonfinite));
   row("duplicates", fmt::format("{}{}", cleaning.duplicates,
-                                cleaning.duplicates == 0
-                                    ? ""
-                                    : fmt::format("  (heights differ by up to {:.6g})", cleaning.duplicate_max_spread)));
+                                cleaning.duplicates == 0 ? ""
+                                                         : fmt::format("  (heights differ by up to {:.6g})",
+                                                                       cleaning.duplicate_max_spread)));
   row("layers", info.layers == 0 ? "one" : fmt::format("several over {:.2g} % of the area", 100 * info.layers));
   row("spacing", fmt::format("about {:.3g}", info.spacing));
   for (const std::string& note : cloud.notes) row("note", note);

@@ -26,7 +26,8 @@ const std::vector<Verb>& verbs() {
 }
 
 std::string overview() {
-  std::string text = "isopach compares two 3D scans of one surface without a grid.\n\nUsage: isopach <verb> [options] ...\n\nVerbs:\n";
+  std::string text =
+      "isopach compares two 3D scans of one surface without a grid.\n\nUsage: isopach <verb> [options] ...\n\nVerbs:\n";
   for (const Verb& verb : verbs()) text += fmt::format("  {:<10} {}\n", verb.name, verb.summary);
   return text +
          "\nisopach <verb> --help explains one verb; isopach --version prints the version.\n"
@@ -81,7 +82,8 @@ int main(int argc, char** argv) {
   } catch (const isopach::Error& error) {
     return isopach::cli::fail(error.code(), error.what());
   } catch (const std::bad_alloc&) {
-    return isopach::cli::fail(ExitCode::internal, "out of memory: thin or crop the scans, or use a machine with more memory");
+    return isopach::cli::fail(ExitCode::internal,
+                              "out of memory: thin or crop the scans, or use a machine with more memory");
   } catch (const std::exception& error) {
     return isopach::cli::fail(ExitCode::internal, fmt::format("internal failure: {}", error.what()));
   }

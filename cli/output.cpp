@@ -40,15 +40,14 @@ std::string OutputFolder::path(const std::string& name) {
   return (staging_ / name).string();
 }
 
-void OutputFolder::write_text(const std::string& name, const std::string& text) {
-  write_text_file(path(name), text);
-}
+void OutputFolder::write_text(const std::string& name, const std::string& text) { write_text_file(path(name), text); }
 
 void OutputFolder::commit() {
   for (const std::string& name : names_) {
     std::error_code error;
     fs::rename(staging_ / name, folder_ / name, error);
-    if (error) throw UsageError(fmt::format("--output {}: {} cannot be put there: {}", folder_.string(), name, error.message()));
+    if (error)
+      throw UsageError(fmt::format("--output {}: {} cannot be put there: {}", folder_.string(), name, error.message()));
   }
 }
 
@@ -69,19 +68,25 @@ double Stopwatch::lap() {
 }
 
 void write_json(const std::string& path, const std::string& text, Run& run) {
-  if (path == "-") run.print(text);
-  else write_text_file(path, text);
+  if (path == "-")
+    run.print(text);
+  else
+    write_text_file(path, text);
 }
 
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
   command.heading("Output");
   delivery.output = default_folder;
-  CLI::Option* output = command.option("-o,--output", "DIR", delivery.output,
-                                       "Folder for result.json, report.html, difference.png, difference.ply, "
-                                       "points_a.ply, points_b.ply (LAS in: also points_a.las); made if it is not there");
+  CLI::Option* output =
+      command.option("-o,--output", "DIR", delivery.output,
+                     "Folder for result.json, report.html, difference.png, difference.ply, "
+                     "points_a.ply, points_b.ply (LAS in: also points_a.las); made if it is not there");
   if (!default_folder.empty()) output->capture_default_str();
-  command.option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout");
-  command.option("--palette", "NAME", delivery.map.palette, "Diverging colours of the map; an unknown name lists the known ones")
+  command.option("--json", "FILE", delivery.json,
+                 "The result as JSON to FILE; - prints it, and nothing else, on stdout");
+  command
+      .option("--palette", "NAME", delivery.map.palette,
+              "Diverging colours of the map; an unknown name lists the known ones")
       ->check([](const std::string& name) { return Palette(name, false), std::string{}; }, "")
       ->capture_default_str();
   command.flag("--flip-palette", delivery.map.flip, "Swap the two ends of the palette");
@@ -122,7 +127,8 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
     }
   }
   std::string map;
-  if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, delivery.map, context);
+  if (folder != nullptr && !delivery.no_map)
+    write_map(map = folder->path("difference.png"), comparison, delivery.map, context);
 
   const double write_s = watch.lap();
   auto& timing = comparison.timing;

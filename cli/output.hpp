@@ -1,4 +1,5 @@
-// What a run writes: a folder whose files all appear together at the end or not at all, and the outputs of a comparison.
+// What a run writes: a folder whose files all appear together at the end or not at all, and the outputs of a
+// comparison.
 #pragma once
 #include <chrono>
 #include <filesystem>
@@ -12,8 +13,8 @@
 
 namespace isopach::cli {
 
-/// Files are written to a folder beside their place and renamed by commit(). Without it (a failure, Ctrl-C) the destructor
-/// removes them, and every folder that was made for them.
+/// Files are written to a folder beside their place and renamed by commit(). Without it (a failure, Ctrl-C) the
+/// destructor removes them, and every folder that was made for them.
 class OutputFolder {
  public:
   explicit OutputFolder(const std::string& folder);

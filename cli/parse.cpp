@@ -118,12 +118,15 @@ std::string parse_unit(const std::string& text) {
 
 Pose read_pose(const std::string& path) {
   std::ifstream file(path);
-  if (!file) throw InputError(fmt::format("{}: cannot be opened: --pose wants a file of four lines of four numbers", path));
+  if (!file)
+    throw InputError(fmt::format("{}: cannot be opened: --pose wants a file of four lines of four numbers", path));
   Pose pose;
   std::size_t count = 0;
   for (std::string word; file >> word; ++count) {
     const std::optional<double> value = number(word);
-    if (!value) throw InputError(fmt::format("{}: '{}' is not a finite number; a pose is four lines of four numbers", path, word));
+    if (!value)
+      throw InputError(
+          fmt::format("{}: '{}' is not a finite number; a pose is four lines of four numbers", path, word));
     if (count < pose.m.size()) pose.m[count] = *value;
   }
   if (count != pose.m.size())
@@ -131,8 +134,8 @@ Pose read_pose(const std::string& path) {
   if (pose.m[12] != 0 || pose.m[13] != 0 || pose.m[14] != 0 || pose.m[15] != 1)
     throw InputError(fmt::format("{}: the last row of a pose is 0 0 0 1; is the matrix transposed?", path));
   const auto& m = pose.m;
-  const double determinant = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-                             m[2] * (m[4] * m[9] - m[5] * m[8]);
+  const double determinant =
+      m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
   if (determinant == 0) throw InputError(fmt::format("{}: the matrix flattens space (determinant 0)", path));
   return pose;
 }

@@ -17,7 +17,8 @@ namespace isopach::cli {
 [[nodiscard]] std::optional<Box2> parse_crop(const std::string& text);
 /// A name of a unit of length.
 [[nodiscard]] std::string parse_unit(const std::string& text);
-/// A file of four lines of four numbers (or sixteen in any lines), row-major, last row 0 0 0 1. InputError names the file.
+/// A file of four lines of four numbers (or sixteen in any lines), row-major, last row 0 0 0 1. InputError names the
+/// file.
 [[nodiscard]] Pose read_pose(const std::string& path);
 
 /// --fail-above: a statistic and the most it may be.

@@ -11,7 +11,7 @@
 namespace isopach::cli {
 namespace {
 
-constexpr double patience_s = 1.0;   ///< shorter runs show no bar: it would only flash
+constexpr double patience_s = 1.0;  ///< shorter runs show no bar: it would only flash
 constexpr double redraw_s = 0.1;
 constexpr int bar_cells = 30;
 

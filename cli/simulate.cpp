@@ -11,7 +11,8 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "Two scans of a made scene, a and b, as two scanners would sample it, and the truth about the volumes between them.\n";
+    "Two scans of a made scene, a and b, as two scanners would sample it, and the truth about the volumes between "
+    "them.\n";
 
 constexpr const char* footer =
     "Examples:\n"

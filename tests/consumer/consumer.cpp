@@ -1,4 +1,5 @@
-// Two scans made in memory: a plane, and the same plane 0.25 higher. rho must be 0.25 in every digit: 0.25 is a power of two.
+// Two scans made in memory: a plane, and the same plane 0.25 higher. rho must be 0.25 in every digit: 0.25 is a power
+// of two.
 #include <iostream>
 
 #include "isopach/compare/compare.hpp"
