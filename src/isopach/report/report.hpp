@@ -15,11 +15,14 @@ namespace isopach {
 [[nodiscard]] std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs);
 
 struct MapOptions {
-  std::string title;             ///< default: names of A and B
+  std::string title;                 ///< default: names of A and B
   std::string palette = "blue-red";  ///< see palettes(); diverging, centred on 0
-  bool flip = false;             ///< swap the two ends
-  int width = 1600;              ///< pixels
+  bool flip = false;                 ///< swap the two ends
+  int width = 1600;                  ///< pixels
 };
+
+/// Names of the palettes, the default first.
+[[nodiscard]] std::vector<std::string> palettes();
 
 /// difference.png: hillshade of surface A under the diverging colours of d, scale bar, colour bar with the histogram
 /// along it, units, title. No display needed.
