@@ -258,7 +258,8 @@ long double BruteSurface::clamped_at(const Point2& q) const {
   for (const Triple& t : triangles)
     for (std::size_t k = 0; k < 3; ++k) {
       const std::size_t i = t[k], j = t[(k + 1) % 3];
-      const long double ux = static_cast<long double>(xy[j].x) - xy[i].x, uy = static_cast<long double>(xy[j].y) - xy[i].y;
+      const long double ux = static_cast<long double>(xy[j].x) - xy[i].x,
+                        uy = static_cast<long double>(xy[j].y) - xy[i].y;
       const long double vx = static_cast<long double>(q.x) - xy[i].x, vy = static_cast<long double>(q.y) - xy[i].y;
       const long double s = std::clamp((ux * vx + uy * vy) / (ux * ux + uy * uy), 0.0L, 1.0L);
       const long double dx = vx - s * ux, dy = vy - s * uy, distance = dx * dx + dy * dy;

@@ -69,9 +69,7 @@ TEST_P(FamilyTest, IsAFunctionOfCountAndSeed) {
   }
 }
 
-TEST_P(FamilyTest, CollinearMeansCollinear) {
-  EXPECT_EQ(GetParam().collinear, all_collinear(GetParam().make(500, 3)));
-}
+TEST_P(FamilyTest, CollinearMeansCollinear) { EXPECT_EQ(GetParam().collinear, all_collinear(GetParam().make(500, 3))); }
 
 TEST(Families, UniformFillsTheUnitSquareEvenly) {
   const Points points = uniform(n, 5);
