@@ -141,6 +141,19 @@ int exact_compare_lengths(const Point2& a, const Point2& b, const Point2& c, con
   return difference.sign();
 }
 
+int exact_compare_areas(const Points& triangles, const Points& polygon) {
+  Points all = triangles;
+  all.insert(all.end(), polygon.begin(), polygon.end());
+  const std::vector<ExactPoint> p = exact_points(all);
+  const auto cross = [](const ExactPoint& u, const ExactPoint& v) -> Integer { return u.x * v.y - u.y * v.x; };
+  Integer difference = 0;
+  for (std::size_t i = 0; i < triangles.size(); i += 3)
+    difference += cross(p[i], p[i + 1]) + cross(p[i + 1], p[i + 2]) + cross(p[i + 2], p[i]);
+  for (std::size_t i = triangles.size(); i < all.size(); ++i)
+    difference -= cross(p[i], i + 1 < all.size() ? p[i + 1] : p[triangles.size()]);
+  return difference.sign();
+}
+
 std::vector<Triple> brute_delaunay(const Points& points) {
   const std::size_t n = points.size();
   const std::vector<ExactPoint> p = exact_points(points);

@@ -24,6 +24,9 @@ namespace isopach::test {
 /// Sign of |a − b|² − |c − d|², exact.
 [[nodiscard]] int exact_compare_lengths(const Point2& a, const Point2& b, const Point2& c, const Point2& d);
 
+/// Sign of (sum of the signed areas of `triangles`, three points each) − (area of the polygon), exact.
+[[nodiscard]] int exact_compare_areas(const Points& triangles, const Points& polygon);
+
 using Triple = std::array<std::size_t, 3>;
 
 /// All counter-clockwise triples with an empty tie-broken circle, least id first, sorted. `points` are distinct.
