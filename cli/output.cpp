@@ -7,7 +7,6 @@
 #include <fstream>
 
 #include "isopach/io/write.hpp"
-#include "isopach/report/palette.hpp"
 #include "isopach/report/text.hpp"
 
 namespace isopach::cli {
@@ -84,11 +83,9 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
   if (!default_folder.empty()) output->capture_default_str();
   command.option("--json", "FILE", delivery.json,
                  "The result as JSON to FILE; - prints it, and nothing else, on stdout");
-  command
-      .option("--palette", "NAME", delivery.map.palette,
-              "Diverging colours of the map; an unknown name lists the known ones")
-      ->check([](const std::string& name) { return Palette(name, false), std::string{}; }, "")
-      ->capture_default_str();
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : palettes()) names.emplace_back(name, name);
+  command.choice<std::string>("--palette", delivery.map.palette, names, "Diverging colours of the map");
   command.flag("--flip-palette", delivery.map.flip, "Swap the two ends of the palette");
   command.option("--title", "TEXT", delivery.map.title, "Title of the map; without it the names of the scans");
   command.option("--map-width", "PIXELS", delivery.map.width, "Width of the map")
@@ -150,8 +147,11 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
   }
   if (!delivery.json.empty()) write_json(delivery.json, json, run);
 
-  for (const std::string& warning : comparison.warnings) run.say("warning: " + warning);
-  if (delivery.json != "-") run.show(comparison_text(comparison, truth));
+  if (delivery.json != "-") {
+    run.show(comparison_text(comparison, truth));  // warnings included
+  } else {
+    for (const std::string& warning : comparison.warnings) run.say("warning: " + warning);
+  }
 }
 
 }  // namespace isopach::cli
