@@ -18,7 +18,6 @@ struct InputSummary {
   Cleaning cleaning;
   std::size_t nodata = 0;    ///< cells or points the file itself marks as no data (not among points)
   Box3 bounds;               ///< of the finite points, input coordinates (after the pose for B)
-  std::size_t nodata = 0;    ///< cells or points the file itself marks as no data
   double layered_share = 0;  ///< share of the area with several layers
 };
 
