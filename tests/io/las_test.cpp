@@ -165,7 +165,7 @@ TEST_F(LasTest, CompressedEqualsPlain) {
         "loadersgl-las/pdrf4-1.3", "loadersgl-las/pdrf5-1.3", "loadersgl-las/pdrf6-1.4", "loadersgl-las/pdrf8-1.4",
         "loadersgl-las/pdrf9-1.5", "loadersgl-ripple/ripple", "pdal-las/simple"}) {
     SCOPED_TRACE(stem);
-    const std::string path = shared_data(std::string("formats/") + stem).string();
+    const std::string path = (shared_data("formats") / stem).string();
     const Cloud plain = read(path + ".las"), compressed = read(path + ".laz");
     EXPECT_EQ(plain.format, "las");
     EXPECT_EQ(compressed.format, "laz");

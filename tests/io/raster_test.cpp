@@ -29,7 +29,7 @@ class RasterTest : public testing::Test {
   }
   void TearDown() override { fs::remove_all(folder_); }
   [[nodiscard]] std::string file(const std::string& name) const { return (folder_ / name).string(); }
-  [[nodiscard]] std::string write(const std::string& name, const std::string& bytes) const {
+  std::string write(const std::string& name, const std::string& bytes) const {
     std::ofstream(file(name), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
     return file(name);
   }
@@ -178,7 +178,7 @@ TEST_F(RasterTest, ATinyFileOfAbsurdSizeTakesNoMemory) {
   const char* const options[] = {"SPARSE_OK=TRUE", "TILED=YES", "BLOCKXSIZE=65536", "BLOCKYSIZE=65536", nullptr};
   GDALDataset* data = GetGDALDriverManager()->GetDriverByName("GTiff")->Create(
       file("huge.tif").c_str(), 100000, 100000, 1, GDT_Byte, const_cast<char**>(options));
-  if (data == nullptr) GTEST_SKIP() << "this GDAL makes no such file";
+  ASSERT_NE(data, nullptr);
   GDALClose(data);
   ASSERT_LT(fs::file_size(file("huge.tif")), 100000u);
   expect_error(file("huge.tif"));
