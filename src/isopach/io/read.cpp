@@ -51,7 +51,7 @@ Format find_format(const std::string& path, Bytes bytes) {
   if (starts_with(text, "LASF")) return Format::las;
   if (starts_with(text, "ASTM-E57")) no_e57(path);
   if (is_pcd(head)) return Format::pcd;
-  if (is_raster({head.data(), head.size()})) return Format::raster;
+  if (is_raster(text)) return Format::raster;
   if (is_stl(bytes)) return Format::stl;
   const std::string end = extension(path);
   if (end == ".ply") return Format::ply;
