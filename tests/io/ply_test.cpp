@@ -57,12 +57,20 @@ TEST(PlyTest, BinaryOfBothByteOrders) {
     text += raw<std::uint8_t>(4);
     for (const int corner : {0, 1, 2, 3}) text += raw(corner, big);
     expect_square(parse(text));
-    for (std::size_t cut = text.size() - 1; cut > text.find("end_header"); cut -= 5)
-      expect_error(text.substr(0, cut), cut < text.find("end_header") + 11 ? "end_header" : "incomplete");
+    const std::size_t body = text.find("end_header") + 11;
+    for (std::size_t cut = text.size() - 1; cut > body; cut -= 5) expect_error(text.substr(0, cut), "incomplete");
     ReadOptions points_only;
     EXPECT_TRUE(parse(text, points_only).faces.empty());
     EXPECT_EQ(parse(text.substr(0, text.size() - 3), points_only).points.size(), 4u);  // faces are not even looked at
   }
+}
+
+TEST(PlyTest, BodyMayStartWithALineEndByte) {
+  std::string text =
+      "ply\nformat binary_little_endian 1.0\nelement vertex 1\nproperty uchar a\nproperty float x\nproperty float y\n"
+      "property float z\nend_header\n";
+  text += raw<std::uint8_t>('\n') + raw(1.f) + raw(2.f) + raw(3.f);
+  EXPECT_EQ(parse(text).points[0], (Point3{1, 2, 3}));
 }
 
 TEST(PlyTest, EveryScalarTypeInAnyOrder) {
@@ -133,7 +141,7 @@ std::string ascii_points(const std::string& count, const std::string& body) {
 
 TEST(PlyTest, DamagedFiles) {
   expect_error(ascii_points("2", "1 2 3\n"), "incomplete");
-  expect_error(ascii_points("2", "1 2 3\n4 5\n"), "line 9");
+  expect_error(ascii_points("2", "1.25 2.25 3\n4 5\n"), "line 9");
   expect_error(ascii_points("2", "1 2 3\n4 5 six\n"), "line 9");
   expect_error(ascii_points("0", ""), "no points");
   expect_error(ascii_points("18446744073709551615", "1 2 3\n"), "incomplete");
