@@ -64,8 +64,8 @@ Array<Edge> candidate_edges(const Triangulation& t, std::span<const Point2> xy) 
   return edges;
 }
 
-// Borůvka: every component takes its shortest outgoing edge; components that meet become one. An edge whose ends have met
-// is dropped. Each round at least halves the components.
+// Borůvka: every component takes its shortest outgoing edge; components that meet become one. An edge whose ends have
+// met is dropped. Each round at least halves the components.
 Array<Edge> boruvka(Array<Edge> edges, std::size_t nodes) {
   Array<Edge> tree;
   tree.reserve(nodes > 0 ? nodes - 1 : 0);
@@ -134,7 +134,8 @@ SpanningTree walk(const Array<Edge>& edges, std::size_t nodes) {
     tree.parent[place] = parent;
     const Index above = parent == no_index ? no_index : tree.order[parent];
     const Index first = v == 0 ? 0 : start[v - 1], last = start[v];  // start[] has moved on by one place
-    std::sort(neighbour.begin() + static_cast<std::ptrdiff_t>(first), neighbour.begin() + static_cast<std::ptrdiff_t>(last));
+    std::sort(neighbour.begin() + static_cast<std::ptrdiff_t>(first),
+              neighbour.begin() + static_cast<std::ptrdiff_t>(last));
     for (Index i = last; i-- > first;)
       if (neighbour[i] != above) stack.push_back({neighbour[i], place});
     ++place;

@@ -128,8 +128,8 @@ class Builder {
     return g;
   }
 
-  // The ghost of the hull edge that starts at the extreme node: the last (or first) in lexicographic order of (x, y), or
-  // of (y, −x) for a cut across y, which is the same after a quarter turn.
+  // The ghost of the hull edge that starts at the extreme node: the last (or first) in lexicographic order of (x, y),
+  // or of (y, −x) for a cut across y, which is the same after a quarter turn.
   Index extreme(Index g, bool across_y, bool last) const {
     const auto before = [&](const Point2& p, const Point2& q) {
       if (across_y) return p.y < q.y || (p.y == q.y && p.x > q.x);

@@ -11,8 +11,8 @@ namespace isopach {
 
 namespace {
 
-// One step of the curve: the state says whether the square is turned (swap of axes) and inverted. Input two bits, output
-// one base-4 digit and the next state; the table takes four steps at once.
+// One step of the curve: the state says whether the square is turned (swap of axes) and inverted. Input two bits,
+// output one base-4 digit and the next state; the table takes four steps at once.
 struct Step {
   std::uint8_t digits;
   std::uint8_t state;  // already multiplied by 256: an offset into the table
@@ -125,7 +125,8 @@ void sort_runs(Array<Item>& items, int unsorted_bits, const FullOrder& less) {
     while (i < end) {
       std::size_t j = i + 1;
       while (j < n && same_run(i, j)) ++j;
-      if (j - i > 1) std::sort(items.begin() + static_cast<std::ptrdiff_t>(i), items.begin() + static_cast<std::ptrdiff_t>(j), less);
+      if (j - i > 1)
+        std::sort(items.begin() + static_cast<std::ptrdiff_t>(i), items.begin() + static_cast<std::ptrdiff_t>(j), less);
       i = j;
     }
   });

@@ -3,9 +3,9 @@
 //
 // Filter bounds: J. R. Shewchuk 1997, (3+16ε)ε and (10+96ε)ε with ε = 2⁻⁵³, plus an absolute term that sends results
 // that may have underflowed to the exact stage. Exact stage (predicates.cpp): coordinates as integers over their common
-// power of two; 128- and 256-bit arithmetic where they span at most 61 bits, arbitrary width otherwise. No floating-point
-// operation takes part in it, so no compiler contraction can spoil it; the filter's file is compiled with contraction
-// off, and its bound holds with and without.
+// power of two; 128- and 256-bit arithmetic where they span at most 61 bits, arbitrary width otherwise. No
+// floating-point operation takes part in it, so no compiler contraction can spoil it; the filter's file is compiled
+// with contraction off, and its bound holds with and without.
 //
 // Legal input: finite doubles. Oracle: tests/geom/predicates_test.cpp (exact rational arithmetic).
 #pragma once
@@ -68,8 +68,8 @@ inline constexpr double underflow_guard = 1e-280;
   return sign != 2 ? sign : exact::in_circle(a, b, c, d);
 }
 
-/// Which side of a tie d falls on: the four points are cocircular and distinct. The lexicographically greatest of them is
-/// lifted by an infinitesimal height (the others by infinitely less): true if d is then inside.
+/// Which side of a tie d falls on: the four points are cocircular and distinct. The lexicographically greatest of them
+/// is lifted by an infinitesimal height (the others by infinitely less): true if d is then inside.
 [[nodiscard]] bool tie_is_inside(const Point2& a, const Point2& b, const Point2& c, const Point2& d);
 
 /// in_circle with the tie rule: true if d is inside the circle of the counter-clockwise triangle a, b, c, cocircular

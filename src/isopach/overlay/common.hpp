@@ -7,8 +7,8 @@
 
 namespace isopach {
 
-/// g = g1 ∪ g2 in curve order. `of_1[i]` is the node of g1 that node i is, or no_index; `of_2` likewise; a shared node has
-/// both.
+/// g = g1 ∪ g2 in curve order. `of_1[i]` is the node of g1 that node i is, or no_index; `of_2` likewise; a shared node
+/// has both.
 struct UnitedNodes {
   Array<Point2> xy;
   Array<Index> of_1, of_2;

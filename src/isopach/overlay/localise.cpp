@@ -75,7 +75,8 @@ class OnLine {
     const auto [a, b] = ends(lo);
     if (q == xy_[a]) return {Location::Kind::node, a};
     if (q == xy_[b]) return {Location::Kind::node, b};
-    const bool between = orientation(xy_[a], xy_[b], q) == 0 && lexicographic_less(xy_[a], q) && lexicographic_less(q, xy_[b]);
+    const bool between =
+        orientation(xy_[a], xy_[b], q) == 0 && lexicographic_less(xy_[a], q) && lexicographic_less(q, xy_[b]);
     return {between ? Location::Kind::edge : Location::Kind::outside, half_edge(chain_[lo], 0)};
   }
 
@@ -93,9 +94,10 @@ constexpr std::size_t block_size = 1 << 15;
 
 }  // namespace
 
-Location locate(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index& at, std::uint64_t& visited) {
-  Index from = 3;      // side we came in by
-  int from_sign = 1;   // q lies on its inner side, or (from a ghost) on it
+Location locate(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index& at,
+                std::uint64_t& visited) {
+  Index from = 3;     // side we came in by
+  int from_sign = 1;  // q lies on its inner side, or (from a ghost) on it
   Index current = at;
   for (;;) {
     ++visited;
