@@ -11,9 +11,9 @@
 namespace isopach {
 
 struct Context {
-  int threads = 0;                                   ///< 0 = all cores. Results do not depend on it.
-  std::uint64_t seed = 1;                            ///< for simulations; never taken from the clock
-  const std::atomic<bool>* cancelled = nullptr;      ///< set by Ctrl-C; checked between blocks of work
+  int threads = 0;                               ///< 0 = all cores. Results do not depend on it.
+  std::uint64_t seed = 1;                        ///< for simulations; never taken from the clock
+  const std::atomic<bool>* cancelled = nullptr;  ///< set by Ctrl-C; checked between blocks of work
   std::function<void(std::string_view stage, double fraction)> progress;  ///< may be empty; fraction in [0, 1]
 
   /// Reports progress, and throws Interrupted if the user asked to stop. Call from one thread.

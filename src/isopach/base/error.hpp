@@ -1,6 +1,6 @@
-// All failures of the library. Data that cannot be used returns as an exception of one of these types, each carrying the
-// exit code of the command line; misuse by the programmer is an assert. A message is one line: what, in which file or
-// option, what to do.
+// All failures of the library. Data that cannot be used returns as an exception of one of these types, each carrying
+// the exit code of the command line; misuse by the programmer is an assert. A message is one line: what, in which file
+// or option, what to do.
 #pragma once
 #include <stdexcept>
 #include <string>

@@ -16,18 +16,20 @@ struct InputSummary {
   std::string role, path, format, unit = "unknown", vertical_unit = "unknown", crs;
   std::size_t points = 0, nodes = 0;
   Cleaning cleaning;
+  std::size_t nodata = 0;    ///< cells or points the file itself marks as no data (not among points)
   Box3 bounds;               ///< of the finite points, input coordinates (after the pose for B)
   double layered_share = 0;  ///< share of the area with several layers
 };
 
 /// The cells of the measure: the common triangulation T with d at its nodes.
 struct Cells {
-  Array<Point2> xy;               ///< nodes of T, frame coordinates
-  Array<double> z1, z2;           ///< f̂1 and f̂2 at each node (clamped to the hull boundary outside it)
-  Triangulation triangulation;    ///< T
-  Array<unsigned char> in_domain; ///< one flag per real triangle of T
+  Array<Point2> xy;                ///< nodes of T, frame coordinates
+  Array<double> z1, z2;            ///< f̂1 and f̂2 at each node (clamped to the hull boundary outside it)
+  Triangulation triangulation;     ///< T
+  Array<unsigned char> in_domain;  ///< one flag per real triangle of T
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
+  [[nodiscard]] CellView view() const { return {triangulation, xy, z1, z2, in_domain}; }
 };
 
 /// Of every input point: d under it, against the other surface. NaN where dropped or outside the other surface.
@@ -44,14 +46,15 @@ struct Comparison {
   CompareOptions options;
   Frame frame;
   InputSummary a, b;
-  std::string unit = "unknown";          ///< of lengths in the result ("unknown" is never taken for metres)
+  std::string unit = "unknown";  ///< of lengths in the result ("unknown" is never taken for metres)
   double domain_area = 0, area_union = 0, coverage = 0;
   Measures measures;
-  double rho_dv = 0;                      ///< not computed yet when negative
+  double rho_dv = -1;                               ///< negative: not computed
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::string locate_method = "tree";
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;
-  double sliver_area = 0, sliver_volume = 0;  ///< of long thin triangles along the hull, shares of domain and of absolute volume
+  double sliver_area = 0,
+         sliver_volume = 0;  ///< of long thin triangles along the hull, shares of domain and of absolute volume
   Cells cells;
   PointFields fields_a, fields_b;
   std::vector<std::string> warnings;

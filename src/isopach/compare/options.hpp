@@ -7,22 +7,22 @@
 
 namespace isopach {
 
-enum class Surface { common };           ///< which cells the integral runs over
+enum class Surface { common };  ///< which cells the integral runs over
 enum class DomainKind { overlap, hull };
 enum class BorderRule { hull };
 enum class LocateMethod { tree };
 
 struct CompareOptions {
-  ProjectOptions project;                         ///< direction, duplicates, classes, crop
-  Pose pose;                                      ///< applied to B before anything else; default identity
+  ProjectOptions project;  ///< direction, duplicates, classes, crop
+  Pose pose;               ///< applied to B before anything else; default identity
   Surface surface = Surface::common;
-  DomainKind domain = DomainKind::overlap;        ///< overlap: no value is extrapolated
+  DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
   BorderRule border = BorderRule::hull;
   LocateMethod locate = LocateMethod::tree;
-  double min_coverage = 0;                        ///< share; below it the run ends with exit 4. Default: any overlap will do
-  std::string unit;                               ///< overrides the unit of both inputs; empty = as in the files
-  bool allow_crs = false;                         ///< accept degrees, pseudo-Mercator, or two different CRS
-  bool check_layers = true;                       ///< look for several layers along the direction
+  double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do
+  std::string unit;          ///< overrides the unit of both inputs; empty = as in the files
+  bool allow_crs = false;    ///< accept degrees, pseudo-Mercator, or two different CRS
+  bool check_layers = true;  ///< look for several layers along the direction
 };
 
 }  // namespace isopach

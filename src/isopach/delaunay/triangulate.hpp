@@ -1,8 +1,8 @@
 // triangulate: the Delaunay triangulation of points in the plane, a function of the point *set*.
 //
 // Words. in_circle ties (cocircular points) are broken by lifting the points by infinitesimal heights in lexicographic
-// order (Devillers, Teillaud 2003/2011), see geom/predicates.hpp. Divide and conquer after Guibas, Stolfi 1985 and Dwyer
-// 1987 (alternating cuts), on triangles with ghosts as in Shewchuk 1996; the cuts are read off the Hilbert keys.
+// order (Devillers, Teillaud 2003/2011), see geom/predicates.hpp. Divide and conquer after Guibas, Stolfi 1985 and
+// Dwyer 1987 (alternating cuts), on triangles with ghosts as in Shewchuk 1996; the cuts are read off the Hilbert keys.
 #pragma once
 #include <span>
 
@@ -14,9 +14,9 @@ namespace isopach {
 
 /// Delaunay triangulation of distinct finite points that are in curve order (see curve_order) of `box`.
 /// Gives 2n−2 triangles, ghosts included. The same bits for any number of threads.
-/// Errors: UsageError if there are more than max_nodes. Degenerate: collinear points give ghosts only; n < 2 gives none.
-/// Cost: O(n log n) worst case, no allocation besides the result and 8 bytes a point of keys.
-/// Oracle: tests/delaunay (validate, brute force, CGAL).
+/// Errors: UsageError if there are more than max_nodes. Degenerate: collinear points give ghosts only; n < 2 gives
+/// none. Cost: O(n log n) worst case, no allocation besides the result and 8 bytes a point of keys. Oracle:
+/// tests/delaunay (validate, brute force, CGAL).
 [[nodiscard]] Triangulation triangulate(std::span<const Point2> xy, const CurveBox& box, const Context& context);
 
 /// The same for points in any order, duplicates allowed. `order[i]` is the input id of node i of the triangulation, the

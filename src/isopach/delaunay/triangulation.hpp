@@ -7,11 +7,11 @@
 //      v[0] ---- v[1]
 //          n[0]
 //
-// Triangles [0, real) are real. Triangles [real, size) are ghosts, one per hull edge: for the hull edge a→b (interior on
-// its left) the ghost is (b, a, none), its side 0 is b→a, its side 1 leads to the ghost of the hull edge that ends at a
-// and its side 2 to the ghost of the one that starts at b. So every side of every triangle has a twin, and a walk that
-// leaves the hull is told where it left. A set of collinear nodes has no real triangle, only ghosts: one per side of each
-// of its edges. Fewer than 2 nodes have no triangles at all.
+// Triangles [0, real) are real. Triangles [real, size) are ghosts, one per hull edge: for the hull edge a→b (interior
+// on its left) the ghost is (b, a, none), its side 0 is b→a, its side 1 leads to the ghost of the hull edge that ends
+// at a and its side 2 to the ghost of the one that starts at b. So every side of every triangle has a twin, and a walk
+// that leaves the hull is told where it left. A set of collinear nodes has no real triangle, only ghosts: one per side
+// of each of its edges. Fewer than 2 nodes have no triangles at all.
 //
 // Why flat arrays and not pointers: 24 bytes a triangle, the same bits on every machine, order along the curve.
 // Why ghosts and not "none" at the hull: the build glues them in place (no allocation), and outside has an address.

@@ -1,5 +1,5 @@
-// Pose: a 4×4 row-major matrix T_target_source that takes source coordinates to target coordinates (rotation, shift and,
-// where asked for, a uniform scale), always in input coordinates.
+// Pose: a 4×4 row-major matrix T_target_source that takes source coordinates to target coordinates (rotation, shift
+// and, where asked for, a uniform scale), always in input coordinates.
 #pragma once
 #include <array>
 

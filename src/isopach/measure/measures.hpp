@@ -2,7 +2,11 @@
 // d = f̂2 − f̂1, positive where the second scan lies above. All by area over the domain, on the piecewise linear d.
 #pragma once
 #include <array>
+#include <span>
 #include <vector>
+
+#include "isopach/base/context.hpp"
+#include "isopach/delaunay/triangulation.hpp"
 
 namespace isopach {
 
@@ -20,8 +24,8 @@ struct Histogram {
 
 struct DifferenceStatistics {
   double mean = 0, rms = 0, std = 0;
-  double median = 0, nmad = 0;           ///< nmad = 1.4826 · median |d − median(d)|
-  double max_above = 0, max_below = 0;   ///< largest d and largest −d, both ≥ 0
+  double median = 0, nmad = 0;              ///< nmad = 1.4826 · median |d − median(d)|
+  double max_above = 0, max_below = 0;      ///< largest d and largest −d, both ≥ 0
   std::array<double, 4> abs_percentiles{};  ///< of |d|, see percentile_levels
   Histogram histogram;
 };
@@ -34,5 +38,38 @@ struct Measures {
   Volume volume;
   DifferenceStatistics difference;
 };
+
+/// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each.
+struct CellView {
+  const Triangulation& t;
+  std::span<const Point2> xy;
+  std::span<const double> z1, z2;
+  std::span<const unsigned char> in_domain;  ///< one per real triangle
+
+  [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
+};
+
+/// One cell: area and the three differences.
+struct Cell {
+  double area;
+  std::array<double, 3> d;
+};
+[[nodiscard]] double triangle_area(const Point2& a, const Point2& b, const Point2& c);
+[[nodiscard]] inline Cell cell_at(const CellView& cells, std::size_t i) {
+  const auto& v = cells.t.triangles[i].v;
+  return {triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]), {cells.d(v[0]), cells.d(v[1]), cells.d(v[2])}};
+}
+
+/// ∫ max(d, 0) and ∫ max(−d, 0) over one cell, in closed form: sums of products of one sign, no cancellation. Exactly
+/// mirrored by d → −d. (METHOD section 3.)
+struct Parts {
+  double above, below;
+};
+[[nodiscard]] Parts split_volume(const Cell& cell);
+
+/// All measures over the domain. Area 0 (no cell) gives zeros. Sums are compensated, over fixed blocks: the same bits
+/// for any number of threads; swapping the surfaces swaps above and below to the last bit. Cost O(cells). Oracle:
+/// tests/measure (subdivision, closed forms, sampling).
+[[nodiscard]] Measures measure(const CellView& cells, const Context& context);
 
 }  // namespace isopach

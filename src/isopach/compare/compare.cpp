@@ -1,0 +1,75 @@
+// THE PAGE: the algorithm A_ρ, one stage a line.
+//
+// N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner", DGCI 2013, section 3.2; measure: equation (7).
+#include "isopach/compare/compare.hpp"
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/delaunay/spanning_tree.hpp"
+#include "isopach/delaunay/triangulate.hpp"
+#include "isopach/overlay/interpolate.hpp"
+#include "isopach/overlay/localise.hpp"
+
+namespace isopach {
+
+namespace {
+
+Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context) {
+  Comparison c;
+  c.options = options;
+  stages::check_units(cloud_a, cloud_b, options, c);
+  stages::Clock clock(c.timing, context);
+
+  clock.start("project");
+  c.frame = choose_frame(cloud_a, cloud_b, options.pose, options.project, context);
+  HeightField a, b;
+  both([&] { a = project(cloud_a, Pose{}, c.frame, options.project, context); },
+       [&] { b = project(cloud_b, options.pose, c.frame, options.project, context); });
+  stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
+
+  clock.start("delaunay");  // 1. T1, T2: O(n log n)
+  Triangulation t1, t2;
+  both([&] { t1 = triangulate(a.xy, c.frame.curve, context); },
+       [&] { t2 = triangulate(b.xy, c.frame.curve, context); });
+
+  clock.start("spanning_tree");  // 2. from the Delaunay edges: O(n)
+  SpanningTree tree1, tree2;
+  both([&] { tree1 = spanning_tree(t1, a.xy, context); }, [&] { tree2 = spanning_tree(t2, b.xy, context); });
+
+  clock.start("localise");  // 3. theorem 1, and 4. interpolation
+  Locations a_in_2, b_in_1;
+  Array<double> f2_at_a, f1_at_b;
+  both(
+      [&] {
+        a_in_2 = localise(a.xy, tree1, t2, b.xy, context);
+        f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context);
+      },
+      [&] {
+        b_in_1 = localise(b.xy, tree2, t1, a.xy, context);
+        f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context);
+      });
+
+  clock.start("merge");  // 5. T
+  stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
+  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
+  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
+  t1 = {}, t2 = {}, tree1 = {}, tree2 = {};
+  c.cells = stages::make_cells(a, b, a_in_2, b_in_1, f2_at_a, f1_at_b, c, context);
+
+  clock.start("measure");  // 6. equation (7), cell by cell
+  const CellView cells = c.cells.view();
+  c.measures = measure(cells, context);
+  stages::describe_domain(cells, c);
+  clock.stop();
+  return c;
+}
+
+}  // namespace
+
+Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context) {
+  Comparison result;
+  run_with_threads(context.threads, [&] { result = run(a, b, options, context); });
+  return result;
+}
+
+}  // namespace isopach

@@ -1,0 +1,280 @@
+#include "isopach/compare/stages.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+#include "isopach/overlay/common.hpp"
+#include "isopach/overlay/hulls.hpp"
+
+namespace isopach::stages {
+
+namespace {
+
+std::string name_of(const Cloud& cloud, const char* role) {
+  return cloud.path.empty() ? std::string("scan ") + role : cloud.path;
+}
+
+bool is_pseudo_mercator(const std::string& crs) {
+  return crs.find("3857") != std::string::npos || crs.find("Pseudo-Mercator") != std::string::npos ||
+         crs.find("Popular Visualisation") != std::string::npos;
+}
+
+InputSummary summarise(const Cloud& cloud, const char* role, const Pose& pose, const HeightField& field) {
+  InputSummary s;
+  s.role = role;
+  s.path = cloud.path;
+  s.format = cloud.format;
+  s.unit = cloud.unit;
+  s.vertical_unit = cloud.vertical_unit;
+  s.crs = cloud.crs;
+  s.points = cloud.points.size();
+  s.nodes = field.xy.size();
+  s.cleaning = field.cleaning;
+  s.bounds = reduce_blocks<Box3>(
+      cloud.points.size(), default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Box3 box;
+        for (std::size_t i = begin; i < end; ++i)
+          if (is_finite(cloud.points[i])) box.add(pose.is_identity() ? cloud.points[i] : pose.apply(cloud.points[i]));
+        return box;
+      },
+      [](Box3& total, const Box3& part) { total.add(part); });
+  return s;
+}
+
+// Where one surface is known: on its nodes and inside its hull.
+bool inside(Location::Kind kind) { return kind != Location::Kind::outside && kind != Location::Kind::none; }
+
+Array<Point2> hull_polygon(const Triangulation& t, std::span<const Point2> xy) {
+  Array<Point2> polygon;
+  for (const Index node : hull_nodes(t, xy)) polygon.push_back(xy[node]);
+  return polygon;
+}
+
+double longest_edge2(const CellView& cells, std::size_t i) {
+  const auto& v = cells.t.triangles[i].v;
+  double longest = 0;
+  for (Index k = 0; k < 3; ++k) {
+    const Point2 &p = cells.xy[v[k]], &q = cells.xy[v[next_side(k)]];
+    longest = std::max(longest, (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y));
+  }
+  return longest;
+}
+
+// A border sliver: a cell with an edge over ten times the median, reached from the rim of the domain through such
+// cells.
+constexpr double sliver_length = 10;
+constexpr double sliver_warning_share = 0.01;
+
+std::vector<Index> border_slivers(const CellView& cells) {
+  const std::size_t n = cells.t.real;
+  std::vector<double> sample;
+  const std::size_t step = n / 20000 + 1;
+  for (std::size_t i = 0; i < n; i += step)
+    if (cells.in_domain[i] != 0) sample.push_back(longest_edge2(cells, i));
+  if (sample.empty()) return {};
+  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
+  std::nth_element(sample.begin(), middle, sample.end());
+  const double limit = *middle * sliver_length * sliver_length;
+  const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
+  std::vector<bool> seen(n, false);
+  std::vector<Index> slivers;
+  for (Index i = 0; i < n; ++i) {
+    if (!in_domain(i) || seen[i] || longest_edge2(cells, i) <= limit) continue;
+    const auto& sides = cells.t.triangles[i].n;
+    if (std::all_of(sides.begin(), sides.end(), [&](HalfEdge h) { return in_domain(triangle_of(h)); })) continue;
+    seen[i] = true;
+    slivers.push_back(i);
+  }
+  for (std::size_t next = 0; next < slivers.size(); ++next)
+    for (const HalfEdge h : cells.t.triangles[slivers[next]].n) {
+      const Index t = triangle_of(h);
+      if (!in_domain(t) || seen[t] || longest_edge2(cells, t) <= limit) continue;
+      seen[t] = true;
+      slivers.push_back(t);
+    }
+  return slivers;
+}
+
+void describe_slivers(const CellView& cells, Comparison& c) {
+  Sum area, volume;
+  for (const Index i : border_slivers(cells)) {
+    const Cell cell = cell_at(cells, i);
+    const Parts parts = split_volume(cell);
+    area.add(cell.area);
+    volume.add(parts.above + parts.below);
+  }
+  c.sliver_area = area.value() / c.measures.area;
+  c.sliver_volume = c.measures.volume.absolute > 0 ? volume.value() / c.measures.volume.absolute : 0;
+  if (c.sliver_volume > sliver_warning_share)
+    c.warnings.push_back(
+        fmt::format("long thin triangles along the border of the scans carry {:.1f} % of the absolute volume on {:.1f} "
+                    "% of the area: "
+                    "crop to the surveyed area if the border is not of interest",
+                    100 * c.sliver_volume, 100 * c.sliver_area));
+}
+
+}  // namespace
+
+void Clock::start(const std::string& stage) {
+  stop();
+  context_.step(stage, 0);
+  stage_ = stage;
+  since_ = Time::now();
+}
+
+void Clock::stop() {
+  if (stage_.empty()) return;
+  const double seconds = std::chrono::duration<double>(Time::now() - since_).count();
+  timing_.stages.emplace_back(stage_, seconds);
+  timing_.total += seconds;
+  context_.step(stage_, 1);
+  stage_.clear();
+}
+
+void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
+  for (const auto& [cloud, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}}) {
+    for (const std::string& note : cloud->notes) c.warnings.push_back(name_of(*cloud, role) + ": " + note);
+    if (options.allow_crs) continue;
+    if (cloud->unit == "deg" && options.unit.empty())
+      throw InputError(name_of(*cloud, role) +
+                       ": x and y are degrees, so areas and volumes would mean nothing: project it to a metric CRS, or "
+                       "pass --allow-crs");
+    if (is_pseudo_mercator(cloud->crs))
+      throw InputError(
+          name_of(*cloud, role) +
+          ": pseudo-Mercator stretches areas several times away from the equator: project it to a local CRS, "
+          "or pass --allow-crs");
+  }
+  const auto differ = [](const std::string& p, const std::string& q, const std::string& none) {
+    return p != none && q != none && p != q;
+  };
+  if (!options.allow_crs && options.unit.empty() && differ(a.unit, b.unit, "unknown"))
+    throw InputError(name_of(b, "B") + ": its unit is " + b.unit + " but that of " + name_of(a, "A") + " is " + a.unit +
+                     ": convert one, or say --unit to override both");
+  if (!options.allow_crs && options.unit.empty() && differ(a.vertical_unit, b.vertical_unit, "unknown"))
+    throw InputError(name_of(b, "B") + ": its heights are in " + b.vertical_unit + " but those of " + name_of(a, "A") +
+                     " in " + a.vertical_unit + ": convert one, or say --unit to override both");
+  if (differ(a.crs, b.crs, ""))
+    c.warnings.push_back("the two files name their coordinate systems differently; they are compared as they stand");
+  c.unit = !options.unit.empty() ? options.unit : (a.unit != "unknown" ? a.unit : b.unit);
+  const std::string vertical = a.vertical_unit != "unknown" ? a.vertical_unit : b.vertical_unit;
+  if (options.unit.empty() && c.unit != "unknown" && vertical != "unknown" && vertical != c.unit)
+    c.warnings.push_back("heights are in " + vertical + " and x, y in " + c.unit + ": volumes are in " + vertical +
+                         "·" + c.unit + "²");
+}
+
+void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
+                     Comparison& c, const Context& context) {
+  c.a = summarise(cloud_a, "A", Pose{}, a);
+  c.b = summarise(cloud_b, "B", c.options.pose, b);
+  c.a.nodata = cloud_a.nodata;
+  c.b.nodata = cloud_b.nodata;
+  if (c.options.check_layers)
+    both([&] { c.a.layered_share = layered_share(cloud_a, Pose{}, c.frame, c.options.project, context); },
+         [&] { c.b.layered_share = layered_share(cloud_b, c.options.pose, c.frame, c.options.project, context); });
+  for (const InputSummary* s : {&c.a, &c.b})
+    if (s->layered_share > 0.02)
+      c.warnings.push_back(
+          fmt::format("{}: {:.0f} % of its area has several layers along the projection direction, so it is no height "
+                      "field there: crop "
+                      "it, choose another --direction, or filter by --class",
+                      s->path.empty() ? "scan " + s->role : s->path, 100 * s->layered_share));
+}
+
+void describe_meshes(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                     const Locations& a_in_2, const Locations& b_in_1, Comparison& c) {
+  c.t1 = t1.real;
+  c.t2 = t2.real;
+  c.visited_1_in_2 = a_in_2.visited;
+  c.visited_2_in_1 = b_in_1.visited;
+  const Array<Point2> hull1 = hull_polygon(t1, a.xy), hull2 = hull_polygon(t2, b.xy);
+  const double shared = shared_area(hull1, hull2);
+  c.area_union = polygon_area(hull1) + polygon_area(hull2) - shared;
+  if (c.options.domain != DomainKind::overlap) return;
+  for (const auto& [t, s] : {std::pair{&t1, &c.a}, std::pair{&t2, &c.b}})
+    if (t->real == 0)
+      throw OverlapError((s->path.empty() ? "scan " + s->role : s->path) + ": " +
+                         (t->nodes < 3 ? "fewer than 3 different points" : "all points lie on one line") +
+                         ", so it covers no area to compare: use a scan of a surface, or --domain hull");
+  if (!(shared > 0))
+    throw OverlapError(
+        "the scans do not overlap in the projection plane: check their coordinate systems, or match them first");
+}
+
+PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
+                         const Locations& where, const Array<double>& other, int sign) {
+  PointFields f;
+  f.dz_signed.resize(cloud.points.size());
+  for_each_index(cloud.points.size(), [&](std::size_t i) {
+    const Index node = field.node_of_point[i];
+    if (node == no_index || !inside(where.kind[node])) {
+      f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
+      return;
+    }
+    const Point3 p = pose.is_identity() ? cloud.points[i] : pose.apply(cloud.points[i]);
+    const double own = frame.to_field(p).z;
+    f.dz_signed[i] = sign < 0 ? other[node] - own : own - other[node];
+  });
+  return f;
+}
+
+Cells make_cells(const HeightField& a, const HeightField& b, const Locations& a_in_2, const Locations& b_in_1,
+                 const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c, const Context& context) {
+  Cells cells;
+  UnitedNodes g = unite(a.xy, b.xy, c.frame.curve);
+  const std::size_t n = g.xy.size();
+  cells.z1.resize(n);
+  cells.z2.resize(n);
+  Array<unsigned char> known_in_both(n);
+  for_each_index(n, [&](std::size_t i) {
+    const Index i1 = g.of_1[i], i2 = g.of_2[i];
+    cells.z1[i] = i1 != no_index ? a.z[i1] : f1_at_b[i2];
+    cells.z2[i] = i2 != no_index ? b.z[i2] : f2_at_a[i1];
+    known_in_both[i] = (i1 == no_index ? inside(b_in_1.kind[i2]) : i2 != no_index || inside(a_in_2.kind[i1])) ? 1 : 0;
+  });
+  cells.triangulation = triangulate(g.xy, c.frame.curve, context);
+  cells.xy = std::move(g.xy);
+  const Triangulation& t = cells.triangulation;
+  c.common = t.real;
+  cells.in_domain.resize(t.real);
+  const bool whole_hull = c.options.domain == DomainKind::hull;
+  c.interface = reduce_blocks<Index>(
+      t.real, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Index count = 0;
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto& v = t.triangles[i].v;
+          cells.in_domain[i] =
+              whole_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0) ? 1 : 0;
+          bool all_1 = true, all_2 = true;
+          for (const Index node : v) all_1 &= g.of_1[node] != no_index, all_2 &= g.of_2[node] != no_index;
+          count += !all_1 && !all_2 ? 1 : 0;
+        }
+        return count;
+      },
+      [](Index& total, Index part) { total += part; });
+  return cells;
+}
+
+void describe_domain(const CellView& cells, Comparison& c) {
+  c.domain_area = c.measures.area;
+  if (!(c.domain_area > 0))
+    throw OverlapError(
+        "the common area of the scans holds no cell to measure: they touch, overlap in a sliver only, or all points "
+        "lie on one line");
+  if (!(c.area_union > 0)) c.area_union = c.domain_area;  // two lines span a hull but cover nothing themselves
+  c.coverage = std::min(1.0, c.domain_area / c.area_union);
+  if (c.coverage < c.options.min_coverage)
+    throw OverlapError(fmt::format(
+        "coverage is {:.3f}, below the {:.3f} that --min-coverage asks for: the scans share too little area",
+        c.coverage, c.options.min_coverage));
+  describe_slivers(cells, c);
+}
+
+}  // namespace isopach::stages

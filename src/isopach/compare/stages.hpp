@@ -1,0 +1,50 @@
+// The small print of the page: what is noted, checked and refused between its stages.
+#pragma once
+#include <chrono>
+#include <string>
+
+#include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/location.hpp"
+
+namespace isopach::stages {
+
+/// Wall-clock seconds of each stage, and its announcement.
+class Clock {
+ public:
+  Clock(Timing& timing, const Context& context) : timing_(timing), context_(context) {}
+  void start(const std::string& stage);
+  void stop();
+
+ private:
+  using Time = std::chrono::steady_clock;
+  Timing& timing_;
+  const Context& context_;
+  std::string stage_;
+  Time::time_point since_;
+};
+
+/// Refuses degrees, pseudo-Mercator and differing CRS or units unless options.allow_crs; sets the unit of the result.
+void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c);
+
+void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
+                     Comparison& c, const Context& context);
+
+/// Counts of triangles and visits, areas of the hulls. Throws OverlapError where a scan covers no area that is asked
+/// for.
+void describe_meshes(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                     const Locations& a_in_2, const Locations& b_in_1, Comparison& c);
+
+/// sign −1: other surface − own height (A); +1: own height − other surface (B). NaN where there is none.
+[[nodiscard]] PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame,
+                                       const HeightField& field, const Locations& where, const Array<double>& other,
+                                       int sign);
+
+/// T with both heights at its nodes, and which of its triangles lie in the domain.
+[[nodiscard]] Cells make_cells(const HeightField& a, const HeightField& b, const Locations& a_in_2,
+                               const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
+                               Comparison& c, const Context& context);
+
+/// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
+void describe_domain(const CellView& cells, Comparison& c);
+
+}  // namespace isopach::stages

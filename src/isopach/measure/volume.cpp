@@ -1,0 +1,124 @@
+#include <algorithm>
+#include <cmath>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+#include "isopach/measure/distribution.hpp"
+#include "isopach/measure/measures.hpp"
+
+namespace isopach {
+
+namespace {
+
+constexpr std::size_t block = 1 << 13;
+
+struct Totals {
+  Sum area, above, below, squares;
+  double max_above = 0, max_below = 0;
+};
+
+Totals totals_of(const CellView& cells, std::size_t begin, std::size_t end) {
+  Totals t;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (cells.in_domain[i] == 0) continue;
+    const Cell cell = cell_at(cells, i);
+    const Parts parts = split_volume(cell);
+    const auto [d0, d1, d2] = cell.d;
+    t.area.add(cell.area);
+    t.above.add(parts.above);
+    t.below.add(parts.below);
+    // ∫ d² = A/6 (Σ di² + Σ di dj) = A/12 (Σ di² + (Σ di)²)
+    t.squares.add(cell.area / 12 * (d0 * d0 + d1 * d1 + d2 * d2 + (d0 + d1 + d2) * (d0 + d1 + d2)));
+    t.max_above = std::max({t.max_above, d0, d1, d2});
+    t.max_below = std::max({t.max_below, -d0, -d1, -d2});
+  }
+  return t;
+}
+
+void combine(Totals& left, const Totals& right) {
+  left.area.add(right.area);
+  left.above.add(right.above);
+  left.below.add(right.below);
+  left.squares.add(right.squares);
+  left.max_above = std::max(left.max_above, right.max_above);
+  left.max_below = std::max(left.max_below, right.max_below);
+}
+
+// One corner of value c > 0, the others at −a ≤ −b < 0: the part above is a pyramid over the corner, the part below the
+// rest, both written as sums of positive terms.
+Parts corner_above(double area, double c, double a, double b) {
+  const double scale = area / (3 * (c + a) * (c + b));
+  return {scale * c * c * c, scale * (c * (a * a + a * b + b * b) + a * b * (a + b))};
+}
+
+// Half-width of the histogram: most of the area, not the last outlier.
+Histogram histogram_of(const Distribution& distribution, double p99, double largest) {
+  constexpr std::size_t count = 101;
+  const double half = p99 > 0 ? std::min(largest, 1.5 * p99) : largest;
+  Histogram h;
+  for (std::size_t k = 0; k <= count; ++k)
+    h.edges.push_back(half * (2.0 * static_cast<double>(k) - static_cast<double>(count)) / static_cast<double>(count));
+  h.areas = distribution.areas_between(-half, half, count);
+  return h;
+}
+
+void describe_distribution(const CellView& cells, double area, DifferenceStatistics& d, const Context& context) {
+  const double largest = std::max(d.max_above, d.max_below);
+  if (!(largest > 0)) {  // d is 0 everywhere
+    d.histogram = {{-1, 1}, {area}};
+    return;
+  }
+  const Distribution distribution(cells, area, largest, context);
+  std::vector<Quantile> wanted{{0.5, false, 0}};
+  for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
+  const std::vector<double> found = distribution.quantiles(wanted);
+  d.median = found[0];
+  std::copy(found.begin() + 1, found.end(), d.abs_percentiles.begin());
+  d.nmad = 1.4826 * distribution.quantiles({{0.5, true, d.median}})[0];
+  d.histogram = histogram_of(distribution, d.abs_percentiles[3], largest);
+}
+
+}  // namespace
+
+double triangle_area(const Point2& a, const Point2& b, const Point2& c) {
+  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+}
+
+Parts split_volume(const Cell& cell) {
+  double d0 = cell.d[0], d1 = cell.d[1], d2 = cell.d[2];
+  if (d0 > d1) std::swap(d0, d1);
+  if (d1 > d2) std::swap(d1, d2);
+  if (d0 > d1) std::swap(d0, d1);
+  // d1 + (d0 + d2) and not from left to right: the same bits when all signs change and the order turns round.
+  if (d0 >= 0) return {cell.area * (d1 + (d0 + d2)) / 3, 0};
+  if (d2 <= 0) return {0, cell.area * -(d1 + (d0 + d2)) / 3};
+  if (d1 == 0) return {cell.area * d2 * (d2 / (d2 - d0)) / 3, cell.area * -d0 * (-d0 / (d2 - d0)) / 3};
+  if (d1 < 0) return corner_above(cell.area, d2, -d0, -d1);
+  const Parts mirrored = corner_above(cell.area, -d0, d2, d1);
+  return {mirrored.below, mirrored.above};
+}
+
+Measures measure(const CellView& cells, const Context& context) {
+  context.check();
+  const Totals t = reduce_blocks<Totals>(
+      cells.t.real, block, [&](std::size_t begin, std::size_t end) { return totals_of(cells, begin, end); }, combine);
+  Measures m;
+  m.area = t.area.value();
+  if (!(m.area > 0)) return m;
+  m.volume.above = t.above.value();
+  m.volume.below = t.below.value();
+  m.volume.net = m.volume.above - m.volume.below;
+  m.volume.absolute = m.volume.above + m.volume.below;
+  m.rho = m.volume.absolute / m.area;
+  DifferenceStatistics& d = m.difference;
+  d.mean = m.volume.net / m.area;
+  const double mean_square = t.squares.value() / m.area;
+  d.rms = std::sqrt(mean_square);
+  d.std = std::sqrt(std::max(0.0, mean_square - d.mean * d.mean));
+  d.max_above = t.max_above;
+  d.max_below = t.max_below;
+  describe_distribution(cells, m.area, d, context);
+  return m;
+}
+
+}  // namespace isopach

@@ -1,0 +1,67 @@
+#include "isopach/overlay/interpolate.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "isopach/base/parallel.hpp"
+
+namespace isopach {
+
+namespace {
+
+double along_edge(const Point2& q, const Point2& a, const Point2& b, double za, double zb) {
+  const double dx = b.x - a.x, dy = b.y - a.y;
+  const double s = ((q.x - a.x) * dx + (q.y - a.y) * dy) / (dx * dx + dy * dy);
+  return za + std::clamp(s, 0.0, 1.0) * (zb - za);
+}
+
+double cross(const Point2& o, const Point2& a, const Point2& b) {
+  return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
+}
+
+double in_triangle(const Point2& q, const Triangle& t, std::span<const Point2> xy, std::span<const double> z) {
+  const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
+  const double za = z[t.v[0]], zb = z[t.v[1]], zc = z[t.v[2]];
+  // Weights from corners seen from q: products of short lengths, so slivers lose little.
+  const double wa = cross(q, b, c), wb = cross(q, c, a), wc = cross(q, a, b);
+  const double value = za + (wb * (zb - za) + wc * (zc - za)) / (wa + wb + wc);
+  const auto [low, high] = std::minmax({za, zb, zc});
+  return std::isfinite(value) ? std::clamp(value, low, high) : za;
+}
+
+}  // namespace
+
+Array<double> interpolate(const Locations& where, std::span<const Point2> points, const Triangulation& t,
+                          std::span<const Point2> xy, std::span<const double> z, const Context& context) {
+  context.check();
+  Array<double> value(where.size());
+  for_each_index(where.size(), [&](std::size_t i) {
+    const Location at = where[i];
+    switch (at.kind) {
+      case Location::Kind::node:
+        value[i] = z[at.id];
+        break;
+      case Location::Kind::triangle:
+        value[i] = in_triangle(points[i], t.triangles[at.id], xy, z);
+        break;
+      case Location::Kind::outside:
+        if (t.nodes == 1) {
+          value[i] = z[0];
+          break;
+        }
+        [[fallthrough]];
+      case Location::Kind::edge: {
+        Index a = t.origin(at.id), b = t.target(at.id);
+        if (a > b) std::swap(a, b);
+        value[i] = along_edge(points[i], xy[a], xy[b], z[a], z[b]);
+        break;
+      }
+      case Location::Kind::none:
+        value[i] = std::numeric_limits<double>::quiet_NaN();
+        break;
+    }
+  });
+  return value;
+}
+
+}  // namespace isopach
