@@ -3,8 +3,8 @@
 //
 // Source: G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators" (OOPSLA 2014), SplitMix64;
 // a stream starts at a hash of its name. G. Box, M. Muller (1958) for the normal distribution.
-// Bits and uniform numbers are the same on every machine; normal ones as far as its log and cos agree in the last digit.
-// Test of the distributions: tests/base/random_test.cpp
+// Bits and uniform numbers are the same on every machine; normal ones as far as its log and cos agree in the last
+// digit. Test of the distributions: tests/base/random_test.cpp
 #pragma once
 #include <cmath>
 #include <cstdint>

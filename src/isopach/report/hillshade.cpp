@@ -9,8 +9,8 @@ namespace isopach {
 namespace {
 
 constexpr double darkest = 0.35;
-constexpr double flat_grey = 0.93;         // level ground is nearly white, so that colours keep their meaning
-constexpr double wanted_slope = 0.55;      // of the 80th percentile after exaggeration
+constexpr double flat_grey = 0.92;         // level ground is nearly white, so that colours keep their meaning
+constexpr double wanted_slope = 0.33;      // of the 80th percentile after exaggeration
 constexpr double least = 0.02, most = 30;  // bounds of the exaggeration: more would paint noise only
 constexpr std::size_t slope_samples = 200000;
 

@@ -16,7 +16,8 @@ namespace isopach {
 namespace {
 
 constexpr Rgb paper{1, 1, 1}, ink{0.13, 0.14, 0.16}, faint{0.42, 0.44, 0.47}, rule{0.55, 0.57, 0.60};
-constexpr Rgb outside{0.965, 0.965, 0.96}, footprint{0.885, 0.885, 0.88}, bars{0.66, 0.68, 0.71};
+constexpr Rgb outside{0.965, 0.965, 0.96}, footprint{0.925, 0.925, 0.92}, hatch{0.80, 0.80, 0.795},
+    bars{0.66, 0.68, 0.71};
 constexpr int samples = 2;             // each way in a pixel: smooth rims
 constexpr double longest_aspect = 25;  // longer scenes get empty margins
 constexpr double margin_share = 0.15;  // how much of what lies outside the domain is shown
@@ -85,6 +86,11 @@ Axis axis_of(const Frame& frame, std::size_t row) {
   return {row == 0 ? "u" : "v", 1, 0};
 }
 
+/// The middle of a label of half-width `half`, moved to stay between the two ends where there is room.
+double within(double middle, double low, double high, double half) {
+  return high - low < 2 * half ? middle : std::clamp(middle, low + half, high - half);
+}
+
 struct Tick {
   double at;  // frame coordinate
   std::string label;
@@ -104,14 +110,19 @@ std::vector<Tick> ticks(const Axis& axis, double low, double high, double spacin
   return out;
 }
 
-Image shade_and_colour(const CellRaster& raster, const Hillshade& shade, const Palette& palette, double limit) {
+/// `stripe`: width of the hatching in samples.
+Image shade_and_colour(const CellRaster& raster, const Hillshade& shade, const Palette& palette, double limit,
+                       std::size_t stripe) {
   Image image;
   image.width = raster.view.columns / samples;
   image.height = raster.view.rows / samples;
   image.rgb.resize(3 * static_cast<std::size_t>(image.width) * static_cast<std::size_t>(image.height));
   const auto colour = [&](std::size_t i) -> Rgb {
     if (raster.cover[i] == CellRaster::Cover::none) return outside;
-    if (raster.cover[i] == CellRaster::Cover::footprint) return footprint;
+    if (raster.cover[i] == CellRaster::Cover::footprint) {
+      const std::size_t columns = static_cast<std::size_t>(raster.view.columns);
+      return (i / columns + i % columns) / stripe % 9 == 0 ? hatch : footprint;
+    }
     const Rgb& c = palette(raster.d[i] / limit);
     const double g = shade.grey[i];
     return {c.r * g, c.g * g, c.b * g};
@@ -167,8 +178,9 @@ class Map {
         std::find(raster.cover.begin(), raster.cover.end(), CellRaster::Cover::footprint) != raster.cover.end();
     exaggeration_ = shade.exaggeration;
 
+    const auto stripe = static_cast<std::size_t>(std::max(1L, std::lround(1.8 * s_ * samples)));
     Canvas canvas(options_.width, height_, paper);
-    canvas.picture(panel_x_, panel_y_, shade_and_colour(raster, shade, palette_, limit_));
+    canvas.picture(panel_x_, panel_y_, shade_and_colour(raster, shade, palette_, limit_, stripe));
     canvas.frame(panel_x_ - 0.5 * s_, panel_y_ - 0.5 * s_, columns_ + s_, rows_ + s_, 1.5 * s_, rule);
     draw_header(canvas);
     draw_axes(canvas);
@@ -193,11 +205,11 @@ class Map {
     const double below = panel_y_ + rows_ / 2.0 + content / 2;
     if (upright_) {
       const double length = std::min(content - 110 * s_, 640 * s_);
-      bar_ = {panel_x_ + columns_ + 138 * s_, below - content / 2 + (content + length) / 2, length, 30 * s_, true};
+      bar_ = {panel_x_ + columns_ + 138 * s_, below - (content - length) / 2, length, 30 * s_, true};
     } else {
-      bar_ = {options_.width / 2.0 - 340 * s_, below + 178 * s_, 680 * s_, 26 * s_, false};
+      bar_ = {options_.width / 2.0 - 340 * s_, below + 156 * s_, 680 * s_, 26 * s_, false};
     }
-    foot_y_ = below + (upright_ ? 96 : 282) * s_;
+    foot_y_ = below + (upright_ ? 96 : 262) * s_;
     height_ = static_cast<int>(std::lround(foot_y_ + 74 * s_));
   }
 
@@ -241,13 +253,15 @@ class Map {
     for (const Tick& t : ticks(across, box_.min.x, box_.max.x, label / scale_)) {
       const double x = panel_x_ + (t.at - box_.min.x) * scale_;
       canvas.line(x, bottom, x, bottom + tick, 1.5 * s_, rule);
-      canvas.text(x, bottom + 27 * s_, t.label, font, Align::centre);
+      const double half = canvas.text_width(t.label, font) / 2;
+      canvas.text(within(x, panel_x_, panel_x_ + columns_, half), bottom + 27 * s_, t.label, font, Align::centre);
     }
     const double tall = 1.5 * canvas.text_width(widest(up, box_.min.y, box_.max.y), font);
     for (const Tick& t : ticks(up, box_.min.y, box_.max.y, tall / scale_)) {
       const double y = panel_y_ + (box_.max.y - t.at) * scale_;
       canvas.line(panel_x_ - tick, y, panel_x_, y, 1.5 * s_, rule);
-      canvas.text_upwards(panel_x_ - 14 * s_, y, t.label, font, Align::centre);
+      const double half = canvas.text_width(t.label, font) / 2;
+      canvas.text_upwards(panel_x_ - 14 * s_, within(y, panel_y_, bottom, half), t.label, font, Align::centre);
     }
     canvas.text(panel_x_ + columns_ / 2.0, bottom + 52 * s_, across.name + unit, font, Align::centre);
     canvas.text_upwards(panel_x_ - 42 * s_, panel_y_ + rows_ / 2.0, up.name + unit, font, Align::centre);
@@ -302,11 +316,20 @@ class Map {
     canvas.triangle(p.x, p.y, q.x, q.y, tip.x, tip.y, colour);
   }
 
+  /// The limit has two digits, its half at most three; no zeros behind them.
+  [[nodiscard]] std::string bar_label(double value) const {
+    const int exponent = static_cast<int>(std::floor(std::log10(limit_) + 1e-9));
+    if (exponent < -4 || exponent > 6) return signed_number(value, fine, 3);
+    const bool odd = std::lround(limit_ * std::pow(10.0, 1 - exponent)) % 2 != 0;
+    const int decimals = std::max(0, 1 - exponent + (odd ? 1 : 0));
+    return (value > 0 ? "+" : "") + (value == 0 ? std::string("0") : fixed_number(value, decimals, fine));
+  }
+
   void draw_bar_labels(Canvas& canvas) const {
     const Canvas::Font font{18 * s_, false, ink}, above{18 * s_, true, palette_(1)}, below{18 * s_, true, palette_(-1)};
     for (int k = -2; k <= 2; ++k) {
       const double value = limit_ * k / 2;
-      const std::string label = signed_number(value, fine, 3) + (k == 0 ? "\u00a0" + unit_text(c_.unit) : "");
+      const std::string label = bar_label(value) + (k == 0 ? "\u00a0" + unit_text(c_.unit) : "");
       const auto p = bar_.at(along(value), bar_.thickness), q = bar_.at(along(value), bar_.thickness + 7 * s_);
       canvas.line(p.x, p.y, q.x, q.y, 1.5 * s_, rule);
       if (bar_.upright)
@@ -336,17 +359,23 @@ class Map {
     const std::string bar = with_unit(number(length, fine, 1), 1);
     canvas.text(x + pixels + 12 * s_, foot_y_ + 2 * s_, bar, font);
     double next = x + pixels + 12 * s_ + canvas.text_width(bar, font) + 44 * s_;
-    const auto key = [&](const Rgb& colour, const std::string& words) {
+    const auto key = [&](const Rgb& colour, bool hatched, const std::string& words) {
       canvas.box(next, foot_y_ - 13 * s_, 26 * s_, 15 * s_, colour);
+      for (int k = 0; k < 2 && hatched; ++k)
+        canvas.line(next + (1 + 11 * k) * s_, foot_y_ + s_, next + (14 + 11 * k) * s_, foot_y_ - 12 * s_, 1.8 * s_,
+                    hatch);
       canvas.frame(next, foot_y_ - 13 * s_, 26 * s_, 15 * s_, s_, rule);
       canvas.text(next + 36 * s_, foot_y_, words, soft);
       next += 36 * s_ + canvas.text_width(words, soft) + 40 * s_;
     };
-    key(palette_(0), "no difference");
-    if (has_footprint_) key(footprint, "scanned, but not compared (one scan is missing here)");
-    const std::string note = std::string(sign_rule) +
-                             "; colours reach to the 99th percentile of |d|; histogram: area, " +
-                             "square-root scale; shading: surface A, heights × " + number(exaggeration_, fine, 2);
+    key(palette_(0), false, "no difference");
+    if (has_footprint_) key(footprint, true, "scanned, but not compared (one scan is missing here)");
+    const std::string reach = shows_no_difference(c_) ? ""
+                              : c_.measures.difference.abs_percentiles.back() > 0
+                                  ? "colours reach to the 99th percentile of |d|; "
+                                  : "colours reach to the largest |d|; ";
+    const std::string note = std::string(sign_rule) + "; " + reach + "histogram: area, square-root scale; " +
+                             "shading: surface A, heights × " + number(exaggeration_, fine, 2);
     canvas.text(x, foot_y_ + 38 * s_, canvas.fitted(note, soft, options_.width - 2 * x), soft);
   }
 

@@ -16,7 +16,7 @@ struct Stop {
   double at, lightness, chroma;
 };
 // The same stops for every hue: equal lightness and chroma either side. Chroma stays inside sRGB for all hues below.
-constexpr std::array<Stop, 4> stops{{{0.0, 1.0, 0.0}, {0.30, 0.86, 0.065}, {0.68, 0.62, 0.125}, {1.0, 0.38, 0.105}}};
+constexpr std::array<Stop, 4> stops{{{0.0, 1.0, 0.0}, {0.30, 0.87, 0.06}, {0.70, 0.64, 0.125}, {1.0, 0.43, 0.12}}};
 
 struct Hues {
   const char* name;

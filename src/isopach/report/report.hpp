@@ -35,7 +35,8 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
 void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context);
 
 /// report.html: one file that opens from disk without a network: map, numbers with units and one-line explanations,
-/// histogram, parameters, warnings; with `truth`, the truth beside the result.
+/// histogram, parameters, warnings; with `truth`, the truth beside the result. `map_png` is the path of the map
+/// (already written; empty = no map), `json` the text of comparison_json: every number on the page is read from it.
 void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
                 const std::optional<Truth>& truth, const Context& context);
 

@@ -10,11 +10,16 @@ namespace isopach {
 namespace {
 
 double bell(double t) { return std::exp(-0.5 * t * t); }
-double step(double t) { return 0.5 + 0.5 * std::tanh(t); }  // 0 far below, 1 far above
+double window(double t) { return std::exp(-(t * t) * (t * t)); }  // flatter than a bell
+double step(double t) { return 0.5 + 0.5 * std::tanh(t); }        // 0 far below, 1 far above
 
 /// A hill (or hollow) of the face. Those beside the middle exist twice, at ±x.
 struct Feature {
   double x, y, width, length, z;
+  [[nodiscard]] double at(double px, double py) const {
+    const double u = (px - x) / width, v = (py - y) / length;
+    return z * std::exp(-0.5 * (u * u + v * v));
+  }
 };
 
 constexpr Feature middle[] = {
@@ -29,27 +34,27 @@ constexpr Feature middle[] = {
 };
 
 constexpr Feature sides[] = {
-    {31, 26, 14, 10, -10},    // eye socket
-    {31, 25, 8.5, 6.5, 7},    // eyeball
-    {13, -15, 4.5, 5.5, 7},   // wing of the nose
-    {6, -21, 2.5, 1.8, -3},   // nostril
-    {50, 0, 18, 15, 6},       // cheekbone
-    {46, -42, 16, 18, -2},    // cheek
-    {7, -37, 6, 2.8, 3},      // upper lip
-    {14, -38, 8, 3, 2},       // upper lip, outer half
-    {27, -43, 4, 4, -1.5},    // corner of the mouth
-    {78, 45, 14, 22, -5},     // temple
+    {31, 26, 14, 10, -10},   // eye socket
+    {31, 25, 8.5, 6.5, 7},   // eyeball
+    {13, -15, 4.5, 5.5, 7},  // wing of the nose
+    {6, -21, 2.5, 1.8, -3},  // nostril
+    {50, 0, 18, 15, 6},      // cheekbone
+    {46, -42, 16, 18, -2},   // cheek
+    {7, -37, 6, 2.8, 3},     // upper lip
+    {14, -38, 8, 3, 2},      // upper lip, outer half
+    {27, -43, 4, 4, -1.5},   // corner of the mouth
+    {78, 45, 14, 22, -5},    // temple
 };
 
 double head(double x, double y) {
-  const double jaw = 1 + 0.22 * step((-45 - y) / 25);  // narrower below
-  const double u = jaw * x / 99, v = (y - 8) / 142;
-  const double neck = 34 * step((x * x / 85 - 97 - y) / 7);  // behind the jaw line
-  return 95 * std::sqrt(1.08 - u * u - v * v) - neck;
+  const double jaw = 1 + 0.16 * step((-45 - y) / 25);  // narrower below
+  const double u = jaw * x / 100, v = (y - 4) / 150;
+  const double neck = 24 * step((x * x / 90 - 99 - y) / 9);  // behind the jaw line
+  return 92 * std::sqrt(1.18 - u * u - v * v) - neck;
 }
 
 double nose(double x, double y) {
-  const double ridge = 20 * step((6 - y) / 24) * step((y + 20) / 2.2);
+  const double ridge = 20 * step((6 - y) / 24) * step((y + 20) / 3.2);
   const double width = 6 + 4 * step((-2 - y) / 9);
   return ridge * bell(x / width);
 }
@@ -58,28 +63,28 @@ double nose(double x, double y) {
 double eye(double x, double y) {
   const double t = x - 31;
   const double brow = 4.5 * bell((y - 42 + t * t / 150) / 4.5) * bell((x - 26) / 15);
-  const double fold = -1.1 * bell((y - 32 + t * t / 38) / 1.3) * bell(t / 9);
-  const double lids = -1.6 * bell((y - 22.5 - t * t / 75) / 1.1) * bell(t / 9);
+  const double fold = -1.1 * bell((y - 32.5 + t * t / 40) / 1.3) * window(t / 12);
+  const double lids = -1.6 * bell((y - 22.5 - t * t / 75) / 1.1) * window(t / 12);
   return brow + fold + lids;
 }
 
 double mouth_line(double x, double y) {
   const double line = -43.5 + 1.6 * bell(x / 4) - 1.2 * bell((x - 10) / 6) - 1.2 * bell((x + 10) / 6);
-  const double inside = std::exp(-std::pow(x / 24, 4));
-  return -3.2 * inside * bell((y - line) / 1.5);
+  return -3.2 * window(x / 24) * bell((y - line) / 1.5);
 }
 
 double fold(double x, double y) {  // from the wing of the nose to beside the mouth
-  const double line = 19 + 0.42 * (-16 - y);
-  return -1.3 * bell((x - line) / 2.6) * bell((y + 29) / 9);
+  const double down = -14 - y;
+  const double line = 19 + 0.2 * down + 0.006 * down * down;
+  return -1.1 * bell((x - line) / 3) * bell((y + 27) / 8);
 }
 
 double face(double x, double y) {
   double z = head(x, y) + nose(x, y) + mouth_line(x, y);
-  for (const Feature& f : middle) z += f.z * bell((x - f.x) / f.width) * bell((y - f.y) / f.length);
+  for (const Feature& f : middle) z += f.at(x, y);
   for (const double own : {x, -x}) {
     z += eye(own, y) + fold(own, y);
-    for (const Feature& f : sides) z += f.z * bell((own - f.x) / f.width) * bell((y - f.y) / f.length);
+    for (const Feature& f : sides) z += f.at(own, y);
   }
   return z;
 }

@@ -106,8 +106,8 @@ Array<Point2> scan_nodes(const Footprint& footprint, std::size_t count, const Sc
         Array<Point2> kept;
         kept.reserve(end - begin);
         for (std::size_t i = begin; i < end; ++i) {
-          const Point2 p = turned.back(
-              flight.position(i, pattern, 2 * along.uniform(i) - 1, 2 * across.uniform(i) - 1));
+          const Point2 p =
+              turned.back(flight.position(i, pattern, 2 * along.uniform(i) - 1, 2 * across.uniform(i) - 1));
           if (contains(footprint, p)) kept.push_back(p);
         }
         return kept;
@@ -137,7 +137,8 @@ Array<Point2> bordered_nodes(const Footprint& footprint, std::size_t count, cons
     const Point2 p = footprint[i], q = footprint[(i + 1) % footprint.size()];
     const auto inner = static_cast<std::size_t>(std::hypot(q.x - p.x, q.y - p.y) / spacing);
     for (std::size_t j = 0; j < inner && nodes.size() < count; ++j) {
-      const double place = (static_cast<double>(j) + 0.25 + 0.5 * random.uniform(nodes.size())) / static_cast<double>(inner);
+      const double place =
+          (static_cast<double>(j) + 0.25 + 0.5 * random.uniform(nodes.size())) / static_cast<double>(inner);
       const double t = std::round(place * 0x1p20) * 0x1p-20;  // few digits: p + t (q − p) is exact, so on the side
       nodes.push_back({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y)});
     }

@@ -1,5 +1,5 @@
-// Scenes whose difference is a plane, a paraboloid or a cone. The hull of every scan is the footprint exactly, so that the
-// planes are reproduced to rounding and the others converge with the spacing of the points.
+// Scenes whose difference is a plane, a paraboloid or a cone. The hull of every scan is the footprint exactly, so that
+// the planes are reproduced to rounding and the others converge with the spacing of the points.
 #include <cmath>
 #include <numbers>
 
@@ -27,8 +27,8 @@ SceneModel shape_scene(const char* name, const char* description) {
 
 enum PlaneVariant { lifted, tilted };
 constexpr double lift = 0.25;
-constexpr double width = 100, depth = 80;                // of the rectangle of the tilted variant
-constexpr double slope = 0.04, zero = 40, slant = 0.3;   // d = slope (x − zero − slant (y − depth/2))
+constexpr double width = 100, depth = 80;               // of the rectangle of the tilted variant
+constexpr double slope = 0.04, zero = 40, slant = 0.3;  // d = slope (x − zero − slant (y − depth/2))
 
 double plane_height(int variant, int epoch, double x, double y) {
   const double f1 = 10 + 0.1 * x - 0.05 * y;
@@ -41,7 +41,8 @@ Footprint plane_footprint(int variant, const SceneOptions&) {
   return {{0, 12}, {31, 0}, {78, 5}, {100, 34}, {94, 71}, {58, 90}, {11, 66}};
 }
 
-/// Tilted: d is zero on a line that crosses the sides y = 0 and y = depth; each part is the integral over y of a triangle.
+/// Tilted: d is zero on a line that crosses the sides y = 0 and y = depth; each part is the integral over y of a
+/// triangle.
 Truth plane_truth(int variant, const Footprint& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);

@@ -1,8 +1,8 @@
-// One square kilometre of hills, flown over twice. Between the flights a landslide came down, a mound was raised and a pit
-// dug. The supports of these changes are disjoint and well inside, so the truth is the sum of their closed forms.
+// One square kilometre of hills, flown over twice. Between the flights a landslide came down, a mound was raised and a
+// pit dug. The supports of these changes are disjoint and well inside, so the truth is the sum of their closed forms.
 //
-// The hills are a sum of waves no shorter than 85 m, in coordinates that are themselves bent by waves, which hides the
-// regularity of the sum: 100 000 points (3 m apart) resolve them to a centimetre.
+// The hills are a winding valley with ravines, built of smooth waves; 100 000 points (3 m apart) resolve them to a
+// centimetre nearly everywhere, less than the default noise.
 #include <cmath>
 #include <numbers>
 
@@ -17,6 +17,12 @@ constexpr double side = 1000;
 
 double wave(double phase) { return std::sin(2 * std::numbers::pi * phase); }
 
+/// From 0 to about 1, period 1: rounded spurs between narrow ravines, as running water leaves them.
+double ravine(double phase) {
+  const double s = std::sin(std::numbers::pi * phase);
+  return std::sqrt(s * s + 0.04) - 0.2;
+}
+
 struct Wave {
   double kx, ky;  // cycles per kilometre
   double phase;   // cycles
@@ -24,27 +30,33 @@ struct Wave {
 };
 
 constexpr Wave waves[] = {
-    {0.62, 0.35, 0.10, 13.0}, {-0.48, 0.93, 0.52, 9.0},  {1.55, 0.80, 0.83, 4.2},  {-1.10, 1.75, 0.27, 3.6},
-    {2.60, -1.70, 0.61, 2.2}, {1.35, 3.10, 0.05, 1.9},   {4.70, 2.30, 0.44, 0.95}, {-3.10, 4.40, 0.91, 0.90},
-    {6.90, -4.80, 0.33, 0.42}, {4.10, 7.60, 0.72, 0.40}, {9.30, 4.10, 0.18, 0.22}, {-6.20, 8.10, 0.57, 0.22},
+    {0.62, 0.35, 0.10, 5.0},  {-1.10, 1.75, 0.27, 2.6}, {2.60, -1.70, 0.61, 1.4}, {1.35, 3.10, 0.05, 1.2},
+    {-3.10, 4.40, 0.91, 0.6}, {6.90, -4.80, 0.33, 0.3}, {4.10, 7.60, 0.72, 0.3},
 };
 
+/// A winding valley with ravines on both slopes; they fade out towards the valley floor and the ridges.
 double hills(double x, double y) {
   const double u = (x - origin.x) / 1000, v = (y - origin.y) / 1000;
-  const double bent_u = u + 0.055 * wave(1.3 * v + 0.4 * u + 0.15);
-  const double bent_v = v + 0.050 * wave(1.2 * u - 0.5 * v + 0.70);
-  double z = 820;
-  for (const Wave& w : waves) z += w.height * wave(w.kx * bent_u + w.ky * bent_v + w.phase);
+  const double bent_u = u + 0.03 * wave(1.9 * v + 0.7 * u + 0.15) + 0.012 * wave(4.1 * v - 1.7 * u);
+  const double bent_v = v + 0.03 * wave(1.7 * u - 0.9 * v + 0.70) + 0.012 * wave(3.7 * u + 2.3 * v + 0.4);
+  const double along = 0.8 * bent_u + 0.6 * bent_v;
+  const double across = 0.8 * bent_v - 0.6 * bent_u - 0.02 + 0.05 * wave(1.3 * along);
+  const double rise = across * across / (across * across + 0.07);  // 0 on the valley floor, towards 1 on the ridges
+  const double bank = std::tanh(across / 0.08);  // −1 and 1: the two slopes have ravines of their own
+  const double spurs = 15 * ravine(3.6 * along + 0.9 * bank * across + 0.2 * bank) +
+                       6 * ravine(7.7 * along - 1.6 * bank * across + 0.35 * bank + 0.3);
+  double z = 790 + 12 * along + 52 * rise + 4 * rise * (1 - rise) * spurs;
+  for (const Wave& w : waves) z += w.height * wave(w.kx * u + w.ky * v + w.phase);
   return z;
 }
 
 constexpr double bulking = 1.25;  // loosened soil: the deposit holds more than the scar
 
 struct Changes {
-  Bump scar{{origin.x + 420, origin.y + 640}, -7, 70, 45, {0.6, -0.8}, 0.002, -0.5};
-  Bump deposit{{origin.x + 520, origin.y + 500}, 7 * bulking * (70 * 45) / (80 * 60.0), 80, 60, {0.6, -0.8}, -0.001, 0.4};
-  Bump mound{{origin.x + 760, origin.y + 740}, 6, 34, 26, {0.8, 0.6}, 0, 0};
-  Bump pit{{origin.x + 240, origin.y + 260}, -5, 28, 22, {1, 0}, 0, 0};
+  Bump scar{{origin.x + 300, origin.y + 545}, -7, 70, 50, {0.8, -0.6}, 0.002, -0.5};
+  Bump deposit{{origin.x + 436, origin.y + 443}, 7 * bulking*(70 * 50) / (85.0 * 65), 85, 65, {0.8, -0.6}, -0.001, 0.4};
+  Bump mound{{origin.x + 560, origin.y + 880}, 6, 34, 26, {0.8, 0.6}, 0, 0};
+  Bump pit{{origin.x + 345, origin.y + 235}, -5, 28, 22, {1, 0}, 0, 0};
 };
 
 double height(int, int epoch, double x, double y) {
@@ -75,7 +87,7 @@ Truth truth(int, const Footprint& footprint) {
 
 /// First flight: an oscillating mirror, eastwards. Second: a turning mirror, northwards.
 Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
-  const ScanPattern first{0.14, 2, 0.3, true, 1.4, 0.15}, second{1.69, 2, 0.2, false, 1.2, 0.2};
+  const ScanPattern first{0.14, 2, 0.2, true, 1.4, 0.15}, second{1.69, 2, 0.2, false, 1.2, 0.2};
   return scan_nodes(footprint, count, epoch == 1 ? first : second, {seed, static_cast<std::uint64_t>(epoch)});
 }
 

@@ -1,8 +1,8 @@
-// The worst case of localisation along the spanning tree: the tree of the first scan crosses the strip |y| < 0.1 once per
-// edge, and there the second triangulation has one long edge per node. Points_a times points_b crossings.
+// The worst case of localisation along the spanning tree: the tree of the first scan crosses the strip |y| < 0.1 once
+// per edge, and there the second triangulation has one long edge per node. Points_a times points_b crossings.
 //
-// Source: N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner" (DGCI 2013), section 4: quadratic on constructed
-// inputs; the construction is ours.
+// Source: N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner" (DGCI 2013), section 4: quadratic on
+// constructed inputs; the construction is ours.
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
@@ -47,7 +47,9 @@ double height(int, int epoch, double, double) { return epoch == 1 ? 0 : lift; }
 Footprint hull_of_zigzag(int, const SceneOptions& options) {
   const std::size_t n = options.points_a;
   const std::size_t below = n % 2 == 0 ? n - 2 : n - 1, above = n % 2 == 0 ? n - 1 : n - 2;  // the last ones
-  return {{zigzag_x(0, n), -amplitude}, {zigzag_x(below, n), -amplitude}, {zigzag_x(above, n), amplitude},
+  return {{zigzag_x(0, n), -amplitude},
+          {zigzag_x(below, n), -amplitude},
+          {zigzag_x(above, n), amplitude},
           {zigzag_x(1, n), amplitude}};
 }
 
