@@ -123,6 +123,12 @@ TEST(Layers, order_and_threads_do_not_matter) {
   Cloud cloud = sphere(false);
   for (const Point3& p : scene([](double, double, FieldRandom& r) { return r.normal(); }).points)
     cloud.points.push_back({p.x + 0.5, p.y + 0.5, p.z});
+  FieldRandom random(4);
+  for (int i = 0; i < 100000;
+       ++i)  // many heights a place, at the edge of the rule: the sample of a cell must not shift
+    cloud.points.push_back({3 + 0.001 * static_cast<double>(random.below(20)),
+                            0.001 * static_cast<double>(random.below(20)),
+                            static_cast<double>(random.below(2)) + 0.166 * random.normal()});
   const double share = share_of(cloud);
   EXPECT_GT(share, 0);
   FieldRandom(3).shuffle(cloud.points);
