@@ -1,0 +1,228 @@
+#include "isopach/io/laz.hpp"
+
+#include <fmt/format.h>
+#include <laszip/laszip_api.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "isopach/base/error.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr std::size_t waveform_length = 29;
+
+// A handle of LASzip. Nothing it does may be trusted to leave an object behind, so every call is checked.
+class Handle {
+ public:
+  Handle() {
+    if (laszip_create(&pointer_) != 0) throw Error(ExitCode::internal, "LASzip could not be started");
+  }
+  ~Handle() {
+    if (reading_) laszip_close_reader(pointer_);
+    if (writing_) laszip_close_writer(pointer_);
+    laszip_destroy(pointer_);
+  }
+  Handle(const Handle&) = delete;
+  Handle& operator=(const Handle&) = delete;
+
+  [[nodiscard]] laszip_POINTER get() const { return pointer_; }
+  [[nodiscard]] bool open_reader(const std::string& path) {
+    laszip_BOOL compressed = 0;
+    reading_ = laszip_open_reader(pointer_, path.c_str(), &compressed) == 0;
+    return reading_;
+  }
+  [[nodiscard]] bool open_writer(const std::string& path) {
+    writing_ = laszip_open_writer(pointer_, path.c_str(), 1) == 0;
+    return writing_;
+  }
+  [[nodiscard]] bool close_writer() {
+    writing_ = false;
+    return laszip_close_writer(pointer_) == 0;
+  }
+  [[nodiscard]] std::string error() const {
+    char* text = nullptr;
+    std::string message = laszip_get_error(pointer_, &text) == 0 && text != nullptr ? text : "unknown failure";
+    for (char& c : message)
+      if (static_cast<unsigned char>(c) < ' ') c = ' ';
+    return message;
+  }
+
+ private:
+  laszip_POINTER pointer_ = nullptr;
+  bool reading_ = false, writing_ = false;
+};
+
+// Items of LASzip's own record, by type: 0 extra bytes, 6-9 point/time/colour/waveform of formats 0-5, 10-14 of 6-10.
+// LASzip sizes its buffers by them, so they must be those of the point format.
+std::size_t item_length(int type, std::size_t stated) {
+  switch (type) {
+    case 0:
+    case 14: return stated;
+    case 6: return 20;
+    case 7: return 8;
+    case 8: return 6;
+    case 9:
+    case 13: return waveform_length;
+    case 10: return 30;
+    case 11: return 6;
+    case 12: return 8;
+    default: return 0;
+  }
+}
+
+std::vector<int> items_of(int format) {
+  switch (format) {
+    case 0: return {6};
+    case 1: return {6, 7};
+    case 2: return {6, 8};
+    case 3: return {6, 7, 8};
+    case 4: return {6, 7, 9};
+    case 5: return {6, 7, 8, 9};
+    case 6: return {10};
+    case 7: return {10, 11};
+    case 8: return {10, 12};
+    case 9: return {10, 13};
+    default: return {10, 12, 13};
+  }
+}
+
+const LasRecord* laszip_record(const LasFile& file) {
+  for (const LasRecord& record : file.records)
+    if (record.user == "laszip encoded" && record.id == 22204) return &record;
+  return nullptr;
+}
+
+[[noreturn]] void fail(const std::string& path, const std::string& cause) {
+  throw InputError(fmt::format("{}: {}: get the file again", path, cause));
+}
+
+void check_items(const LasFile& file, const std::string& path) {
+  const LasRecord* const record = laszip_record(file);
+  if (record == nullptr || record->data.size() < 34) fail(path, "the points are compressed, but LASzip's record is missing");
+  const char* const data = record->data.data();
+  const std::size_t items = get_le<std::uint16_t>(data + 32);
+  if (record->data.size() < 34 + 6 * items) fail(path, "LASzip's record is cut short");
+  std::vector<int> types;
+  std::size_t length = 0;
+  for (std::size_t i = 0; i < items; ++i) {
+    const int type = get_le<std::uint16_t>(data + 34 + 6 * i);
+    const std::size_t stated = get_le<std::uint16_t>(data + 36 + 6 * i);
+    if (stated != item_length(type, stated)) fail(path, "LASzip's record is damaged");
+    length += stated;
+    if (type != 0 && type != 14) types.push_back(type);
+  }
+  if (length != file.record_length || types != items_of(file.format))
+    fail(path, "LASzip's record and the LAS header describe different points");
+}
+
+// LASzip takes memory for as many chunks as the table says; each needs room for a first, uncompressed point.
+void check_chunks(const LasFile& file, const std::string& path) {
+  const LasRecord* const record = laszip_record(file);
+  if (get_le<std::uint16_t>(record->data.data()) < 2) return;  // not in chunks
+  const std::size_t size = file.bytes.size();
+  if (size - file.points_at < 8) fail(path, "the compressed points are cut short");
+  auto table = get_le<std::int64_t>(file.bytes.data() + file.points_at);
+  if (table == -1) table = get_le<std::int64_t>(file.bytes.data() + size - 8);  // written to a stream
+  const auto at = static_cast<std::uint64_t>(table);
+  if (table < 0 || at < file.points_at || at > size || size - at < 8)
+    fail(path, fmt::format("the table of compressed chunks is at byte {} of a file of {}: it is cut short", table, size));
+  const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + at + 4);
+  if (chunks > (at - file.points_at) / file.record_length)
+    fail(path, fmt::format("the table of compressed chunks promises {} of them, more than the file can hold", chunks));
+}
+
+void pack_legacy(const laszip_point& p, char* record) {
+  record[14] = static_cast<char>(p.return_number | p.number_of_returns << 3 | p.scan_direction_flag << 6 |
+                                 p.edge_of_flight_line << 7);
+  record[15] = static_cast<char>(p.classification | p.synthetic_flag << 5 | p.keypoint_flag << 6 | p.withheld_flag << 7);
+  put_le(record + 16, p.scan_angle_rank);
+  put_le(record + 17, p.user_data);
+  put_le(record + 18, p.point_source_ID);
+}
+
+void pack_modern(const laszip_point& p, char* record) {
+  record[14] = static_cast<char>(p.extended_return_number | p.extended_number_of_returns << 4);
+  record[15] = static_cast<char>(p.extended_classification_flags | p.extended_scanner_channel << 4 |
+                                 p.scan_direction_flag << 6 | p.edge_of_flight_line << 7);
+  put_le(record + 16, p.extended_classification);
+  put_le(record + 17, p.user_data);
+  put_le(record + 18, p.extended_scan_angle);
+  put_le(record + 20, p.point_source_ID);
+  put_le(record + 22, p.gps_time);
+}
+
+// Lays a point of LASzip out as the record of an uncompressed file.
+void pack(const laszip_point& p, int format, std::size_t length, char* record) {
+  put_le(record, p.X), put_le(record + 4, p.Y), put_le(record + 8, p.Z), put_le(record + 12, p.intensity);
+  const bool modern = format >= 6;
+  std::size_t at = modern ? 30 : 20;
+  modern ? pack_modern(p, record) : pack_legacy(p, record);
+  if (format == 1 || (format >= 3 && format <= 5)) put_le(record + at, p.gps_time), at += 8;
+  const std::size_t colours = format == 2 || format == 3 || format == 5 || format == 7 ? 3 : format == 8 || format == 10 ? 4 : 0;
+  std::memcpy(record + at, p.rgb, 2 * colours), at += 2 * colours;
+  if (format == 4 || format == 5 || format >= 9) std::memcpy(record + at, p.wave_packet, waveform_length), at += waveform_length;
+  const std::size_t extra = std::min(length - at, static_cast<std::size_t>(std::max(p.num_extra_bytes, 0)));
+  if (extra > 0) std::memcpy(record + at, p.extra_bytes, extra);
+  std::memset(record + at + extra, 0, length - at - extra);
+}
+
+}  // namespace
+
+struct LazReader::State {
+  Handle laszip;
+  std::string path;
+  laszip_point* point = nullptr;
+  int format = 0;
+  std::size_t length = 0, count = 0, done = 0;
+};
+
+LazReader::LazReader(const std::string& path, const LasFile& file) : state_(std::make_unique<State>()) {
+  check_items(file, path);
+  check_chunks(file, path);
+  state_->path = path;
+  state_->format = file.format;
+  state_->length = file.record_length;
+  state_->count = file.count;
+  if (!state_->laszip.open_reader(path)) fail(path, state_->laszip.error());
+  if (laszip_get_point_pointer(state_->laszip.get(), &state_->point) != 0) fail(path, state_->laszip.error());
+}
+
+LazReader::~LazReader() = default;
+
+void LazReader::next(char* record) {
+  if (laszip_read_point(state_->laszip.get()) != 0)
+    fail(state_->path, fmt::format("point {} of {} cannot be decompressed ({})", state_->done + 1, state_->count,
+                                   state_->laszip.error()));
+  ++state_->done;
+  pack(*state_->point, state_->format, state_->length, record);
+}
+
+void compress_las(const std::string& las, const std::string& laz, const Context& context) {
+  Handle reader, writer;
+  const auto check = [&](bool good, const Handle& handle) {
+    if (!good) throw Error(ExitCode::internal, fmt::format("{}: LASzip cannot write it ({})", laz, handle.error()));
+  };
+  check(reader.open_reader(las), reader);
+  laszip_header* header = nullptr;
+  laszip_point* point = nullptr;
+  laszip_I64 count = 0;
+  check(laszip_get_header_pointer(reader.get(), &header) == 0, reader);
+  check(laszip_get_point_pointer(reader.get(), &point) == 0, reader);
+  check(laszip_get_point_count(reader.get(), &count) == 0, reader);
+  check(laszip_set_header(writer.get(), header) == 0, writer);
+  check(laszip_preserve_generating_software(writer.get(), 1) == 0, writer);
+  check(laszip_request_native_extension(writer.get(), 1) == 0, writer);
+  check(writer.open_writer(laz), writer);
+  constexpr laszip_I64 block = 65536;
+  for (laszip_I64 i = 0; i < count; ++i) {
+    if (i % block == 0) context.step("write", static_cast<double>(i) / static_cast<double>(count));
+    check(laszip_read_point(reader.get()) == 0, reader);
+    check(laszip_set_point(writer.get(), point) == 0, writer);
+    check(laszip_write_point(writer.get()) == 0, writer);
+  }
+  check(writer.close_writer(), writer);
+}
+
+}  // namespace isopach

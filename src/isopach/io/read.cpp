@@ -1,0 +1,99 @@
+#include "isopach/io/read.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cstring>
+
+#include "isopach/base/error.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/io/las.hpp"
+#include "isopach/io/mapped_file.hpp"
+#include "isopach/io/obj.hpp"
+#include "isopach/io/pcd.hpp"
+#include "isopach/io/ply.hpp"
+#include "isopach/io/raster.hpp"
+#include "isopach/io/scan.hpp"
+#include "isopach/io/stl.hpp"
+#include "isopach/io/text.hpp"
+
+namespace isopach {
+namespace {
+
+enum class Format { text, ply, obj, stl, pcd, las, raster };
+
+std::string extension(const std::string& path) {
+  const std::size_t slash = path.find_last_of('/');
+  const std::size_t dot = path.find_last_of('.');
+  if (dot == std::string::npos || (slash != std::string::npos && dot < slash)) return "";
+  return lower_case(std::string_view(path).substr(dot));
+}
+
+bool starts_with(std::string_view text, std::string_view what) { return text.substr(0, what.size()) == what; }
+
+[[noreturn]] void no_e57(const std::string& path) {
+  throw InputError(
+      fmt::format("{}: E57 is not supported yet: convert to PLY or LAS, e.g. with CloudCompare or PDAL", path));
+}
+
+// What is neither text nor a format we know: a NUL byte near the start, but not the many of UTF-16.
+bool is_binary(std::string_view head) {
+  const std::string_view order_mark = head.substr(0, 2);
+  if (order_mark == "\xFF\xFE" || order_mark == "\xFE\xFF") return false;  // the text reader names the remedy
+  return head.find('\0') != std::string_view::npos;
+}
+
+Format find_format(const std::string& path, Bytes bytes) {
+  constexpr std::size_t head_bytes = 4096;
+  const Bytes head = bytes.subspan(0, std::min(bytes.size(), head_bytes));
+  const std::string_view text = as_text(head);
+  if (starts_with(text, "ply") && text.size() > 3 && std::strchr("\r\n \t", text[3]) != nullptr) return Format::ply;
+  if (starts_with(text, "LASF")) return Format::las;
+  if (starts_with(text, "ASTM-E57")) no_e57(path);
+  if (is_pcd(head)) return Format::pcd;
+  if (is_raster(path, head)) return Format::raster;
+  if (is_stl(bytes)) return Format::stl;
+  const std::string end = extension(path);
+  if (end == ".ply") return Format::ply;
+  if (end == ".las" || end == ".laz") return Format::las;
+  if (end == ".e57") no_e57(path);
+  if (end == ".pcd") return Format::pcd;
+  if (end == ".stl") return Format::stl;
+  if (end == ".obj" || is_obj(head)) return Format::obj;
+  if (is_binary(text))
+    throw InputError(fmt::format("{}: a binary file of unknown format: convert it to PLY, LAS or XYZ text", path));
+  return Format::text;
+}
+
+Cloud read_file(const std::string& path, const ReadOptions& options, const Context& context) {
+  const MappedFile file(path);
+  const Bytes bytes = file.bytes();
+  switch (find_format(path, bytes)) {
+    case Format::ply:
+      return parse_ply(bytes, path, options, context);
+    case Format::obj:
+      return parse_obj(bytes, path, options, context);
+    case Format::stl:
+      return parse_stl(bytes, path, options, context);
+    case Format::pcd:
+      return parse_pcd(bytes, path, options, context);
+    case Format::las:
+      return read_las(path, options, context);
+    case Format::raster:
+      return read_raster(path, options, context);
+    case Format::text:
+      break;
+  }
+  return parse_text(bytes, path, options, context);
+}
+
+}  // namespace
+
+Cloud read_cloud(const std::string& path, const ReadOptions& options, const Context& context) {
+  Cloud cloud;
+  run_with_threads(context.threads, [&] { cloud = read_file(path, options, context); });
+  cloud.path = path;
+  return cloud;
+}
+
+}  // namespace isopach

@@ -1,0 +1,355 @@
+#include "isopach/io/text.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <initializer_list>
+#include <optional>
+
+#include "isopach/base/error.hpp"
+#include "isopach/geom/rigid.hpp"
+#include "isopach/io/rows.hpp"
+
+namespace isopach {
+namespace {
+
+struct ColumnName {
+  std::string name;  // as attribute_name() makes it
+  std::string unit;  // of "X [m]" or "x(ft)"
+};
+
+struct Layout {
+  RowFormat format;
+  std::array<int, 3> axes{0, 1, 2};
+  std::vector<ColumnName> names;  // empty if the file does not name its columns
+  std::size_t body = 0;           // offset of the first line that may be data
+  std::optional<std::uint64_t> announced;
+};
+
+std::optional<std::string_view> comment_text(std::string_view line) {
+  if (line.substr(0, 2) == "//") return line.substr(2);
+  if (line.find_first_of("#%!") == 0) return line.substr(std::min(line.find_first_not_of("#%!"), line.size()));
+  return std::nullopt;
+}
+
+ColumnName column_name(std::string_view field) {
+  const std::size_t open = field.find_first_of("[(");
+  if (open == std::string_view::npos || open == 0) return {attribute_name(field), ""};
+  const std::size_t close = field.find_first_of("])", open);
+  const std::size_t length = close == std::string_view::npos ? close : close - open - 1;
+  return {attribute_name(field.substr(0, open)), lower_case(field.substr(open + 1, length))};
+}
+
+std::vector<ColumnName> column_names(std::string_view line) {
+  std::vector<ColumnName> names;
+  for (const std::string_view field : split(line, find_separator(line))) names.push_back(column_name(field));
+  return names;
+}
+
+int find_column(const std::vector<ColumnName>& names, std::initializer_list<std::string_view> synonyms) {
+  for (const std::string_view synonym : synonyms)
+    for (std::size_t i = 0; i < names.size(); ++i)
+      if (names[i].name == synonym) return static_cast<int>(i);
+  return -1;
+}
+
+std::array<int, 3> find_axes(const std::vector<ColumnName>& names) {
+  return {find_column(names, {"x", "easting", "east", "x_coord", "coord_x", "point_x", "longitude", "lon", "e"}),
+          find_column(names, {"y", "northing", "north", "y_coord", "coord_y", "point_y", "latitude", "lat", "n"}),
+          find_column(names,
+                      {"z", "height", "elevation", "elev", "altitude", "alt", "z_coord", "coord_z", "point_z", "h"})};
+}
+
+bool complete(const std::array<int, 3>& axes) { return axes[0] >= 0 && axes[1] >= 0 && axes[2] >= 0; }
+
+bool any_number(const std::vector<std::string_view>& fields) {
+  double value;
+  return std::any_of(fields.begin(), fields.end(), [&](std::string_view field) {
+    const char* p = field.data();
+    return scan_number(p, field.data() + field.size(), value);  // a number with a decimal comma starts with one too
+  });
+}
+
+void check_encoding(std::string_view text, const std::string& name) {
+  const std::string_view head = text.substr(0, 2);
+  if (head == "\xFF\xFE" || head == "\xFE\xFF")
+    throw InputError(fmt::format("{}: text in UTF-16: save it as UTF-8 or plain ASCII", name));
+  const std::size_t line_end = text.find('\n');
+  const std::size_t old_end = text.substr(0, line_end).find('\r');
+  if (old_end != std::string_view::npos && old_end + 1 < std::min(line_end, text.size()))
+    throw InputError(fmt::format("{}: lines end in CR alone: convert the line ends to LF", name));
+}
+
+[[noreturn]] void no_points(const std::string& name) {
+  throw InputError(fmt::format("{}: no points in it: expected lines of x y z", name));
+}
+
+// What stands before the data: comments (the last may name the columns), a line of names, the count of a PTS file.
+class Preamble {
+ public:
+  Preamble(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
+
+  Layout read() {
+    std::string_view line;
+    while (lines_.next(line)) {
+      const std::string_view content = trimmed(line);
+      if (content.empty()) continue;
+      if (const auto comment = comment_text(content)) {
+        comment_names_ = column_names(*comment);
+      } else if (first_data_line(content)) {
+        return layout_;
+      }
+      layout_.body = lines_.offset();
+    }
+    no_points(name_);
+  }
+
+ private:
+  // True if `line` is data and the layout is settled; false if it was a header or a count.
+  bool first_data_line(std::string_view line) {
+    const char separator = find_separator(line);
+    const auto fields = split(line, separator);
+    if (fields.size() == 1 && !layout_.announced) {
+      std::uint64_t count = 0;
+      if (to_count(fields[0], count)) {
+        layout_.announced = count;
+        return false;
+      }
+    }
+    if (layout_.names.empty() && !any_number(fields)) {
+      take_header(line);
+      return false;
+    }
+    layout_.format.separator = separator;
+    settle_columns(fields.size());
+    return true;
+  }
+
+  void take_header(std::string_view line) {
+    layout_.names = column_names(line);
+    layout_.axes = find_axes(layout_.names);
+    if (!complete(layout_.axes))
+      throw InputError(
+          fmt::format("{}: line {}: {} is neither numbers nor column names with x, y and z: name the columns "
+                      "or put # before the line",
+                      name_, lines_.number(), quoted(line)));
+  }
+
+  void settle_columns(std::size_t columns) {
+    if (layout_.names.empty() && comment_names_.size() == columns && complete(find_axes(comment_names_))) {
+      layout_.names = comment_names_;
+      layout_.axes = find_axes(comment_names_);
+    }
+    if (columns < 3)
+      throw InputError(fmt::format("{}: line {}: {} column(s), but x, y and z are needed: expected lines of x y z",
+                                   name_, lines_.number(), columns));
+    if (layout_.names.empty()) layout_.names = default_names(columns);
+  }
+
+  [[nodiscard]] std::vector<ColumnName> default_names(std::size_t columns) const {
+    std::vector<ColumnName> names = {{"x", ""}, {"y", ""}, {"z", ""}};
+    if (layout_.announced) {  // PTS
+      if (columns == 4 || columns >= 7) names.push_back({"intensity", ""});
+      if (columns >= 6) names.insert(names.end(), {{"red", ""}, {"green", ""}, {"blue", ""}});
+    }
+    while (names.size() < columns) names.push_back({fmt::format("column_{}", names.size() + 1), ""});
+    return names;
+  }
+
+  Lines lines_;
+  const std::string& name_;
+  Layout layout_;
+  std::vector<ColumnName> comment_names_;
+};
+
+std::string color_name(const std::string& name) {
+  return name == "r" ? "red" : name == "g" ? "green" : name == "b" ? "blue" : name;
+}
+
+// Adds the wanted attributes to the cloud and returns their columns.
+std::vector<int> choose_attributes(const Layout& layout, const ReadOptions& options, Cloud& cloud) {
+  std::vector<int> columns;
+  for (int i = 0; i < static_cast<int>(layout.names.size()); ++i) {
+    const std::string name = color_name(layout.names[static_cast<std::size_t>(i)].name);
+    if (std::find(layout.axes.begin(), layout.axes.end(), i) != layout.axes.end()) continue;
+    if (name.empty() || !wanted(options, name) || cloud.find_attribute(name) != nullptr) continue;
+    cloud.attributes.push_back({name, {}});
+    columns.push_back(i);
+  }
+  return columns;
+}
+
+std::string known_unit(const ColumnName& column) {
+  for (const char* const unit : {"m", "mm", "ft", "us-ft", "deg"})
+    if (column.unit == unit) return unit;
+  const bool degrees = column.name.substr(0, 3) == "lon" || column.name.substr(0, 3) == "lat";
+  return degrees ? "deg" : "unknown";
+}
+
+bool is_row_of(std::string_view line, std::size_t numbers) {
+  const auto fields = words(line);
+  double value;
+  return fields.size() == numbers &&
+         std::all_of(fields.begin(), fields.end(), [&](std::string_view f) { return to_number(f, value); });
+}
+
+// One scan of a PTX file: its header of ten lines, then columns × rows points.
+class PtxReader {
+ public:
+  PtxReader(std::string_view text, const std::string& name, const ReadOptions& options, Cloud& cloud)
+      : text_(text), name_(name), options_(options), cloud_(cloud) {}
+
+  void read(const Context& context) {
+    while (!trimmed_rest().empty()) {
+      read_scan();
+      context.step("read", static_cast<double>(offset_) / static_cast<double>(text_.size()));
+    }
+  }
+
+ private:
+  [[nodiscard]] std::string_view trimmed_rest() const {
+    const std::size_t first = text_.find_first_not_of(" \t\r\n", offset_);
+    return first == std::string_view::npos ? std::string_view() : text_.substr(first);
+  }
+
+  void read_scan() {
+    const std::uint64_t count = read_count() * read_count();
+    for (int i = 0; i < 4; ++i) (void)read_row(3);  // where the scanner stood: the pose below says it again
+    const Pose pose = read_pose();
+    const std::size_t length = offset_after_rows(text_.substr(offset_), count, false);
+    if (length == std::string_view::npos) fail("fewer points than its header says: the file is incomplete");
+    const std::size_t first = cloud_.points.size();
+    parse_rows(text_, offset_, offset_ + length, format(), name_, cloud_);
+    offset_ += length;
+    place(first, pose);
+  }
+
+  RowFormat format() {
+    std::string_view line;
+    Lines lines(text_.substr(offset_));
+    (void)lines.next(line);
+    const std::size_t columns = words(line).size();
+    if (cloud_.points.empty() && cloud_.attributes.empty()) choose(columns);
+    RowFormat result;
+    result.comments = false;
+    result.targets = column_targets({0, 1, 2}, attribute_columns_);
+    return result;
+  }
+
+  void choose(std::size_t columns) {
+    Layout layout;
+    for (const char* const name : {"x", "y", "z", "intensity", "red", "green", "blue"})
+      if (layout.names.size() < columns) layout.names.push_back({name, ""});
+    attribute_columns_ = choose_attributes(layout, options_, cloud_);
+  }
+
+  // Drops the "no return" points of the scan just read and moves the others by its pose.
+  void place(std::size_t first, const Pose& pose) {
+    std::size_t kept = first;
+    for (std::size_t i = first; i < cloud_.points.size(); ++i) {
+      const Point3 p = cloud_.points[i];
+      if (p.x == 0 && p.y == 0 && p.z == 0) continue;
+      cloud_.points[kept] = pose.is_identity() ? p : pose.apply(p);
+      for (Attribute& a : cloud_.attributes) a.values[kept] = a.values[i];
+      ++kept;
+    }
+    cloud_.nodata += cloud_.points.size() - kept;
+    cloud_.points.resize(kept);
+    for (Attribute& a : cloud_.attributes) a.values.resize(kept);
+  }
+
+  std::string_view next_line() {
+    Lines lines(text_.substr(offset_));
+    std::string_view line;
+    do {
+      line_offset_ = offset_ + lines.offset();
+      if (!lines.next(line)) fail("the header of a scan is incomplete: the file is cut short");
+    } while (trimmed(line).empty());
+    offset_ += lines.offset();
+    return line;
+  }
+
+  std::uint64_t read_count() {
+    std::uint64_t count = 0;
+    if (!to_count(trimmed(next_line()), count) || count > text_.size())
+      fail("not a count of a PTX scan: correct the header");
+    return count;
+  }
+
+  std::vector<double> read_row(std::size_t numbers) {
+    const auto fields = words(next_line());
+    std::vector<double> row(numbers);
+    bool good = fields.size() >= numbers;
+    for (std::size_t i = 0; i < numbers && good; ++i) good = to_number(fields[i], row[i]);
+    if (!good) fail(fmt::format("expected {} numbers in the header of a PTX scan: correct the header", numbers));
+    return row;
+  }
+
+  Pose read_pose() {  // stored transposed: a point is a row vector
+    Pose pose;
+    for (std::size_t row = 0; row < 4; ++row) {
+      const std::vector<double> numbers = read_row(4);
+      for (std::size_t column = 0; column < 4; ++column) pose.m[column * 4 + row] = numbers[column];
+    }
+    return pose;
+  }
+
+  [[noreturn]] void fail(const std::string& why) const {
+    throw InputError(fmt::format("{}: line {}: {}", name_, line_number(text_, line_offset_), why));
+  }
+
+  std::string_view text_;
+  const std::string& name_;
+  const ReadOptions& options_;
+  Cloud& cloud_;
+  std::vector<int> attribute_columns_;
+  std::size_t offset_ = 0, line_offset_ = 0;
+};
+
+Cloud parse_ptx(std::string_view text, const std::string& name, const ReadOptions& options, const Context& context) {
+  Cloud cloud;
+  cloud.format = "xyz";
+  PtxReader(text, name, options, cloud).read(context);
+  if (cloud.points.empty()) no_points(name);
+  if (cloud.nodata > 0)
+    cloud.notes.push_back(fmt::format("{}: {} directions without a return were left out", name, cloud.nodata));
+  return cloud;
+}
+
+}  // namespace
+
+bool is_ptx(Bytes bytes) {
+  constexpr std::size_t header_bytes = 4096;
+  Lines lines(as_text(bytes).substr(0, header_bytes));
+  std::string_view line;
+  std::uint64_t count;
+  for (int i = 0; i < 2; ++i)
+    if (!lines.next(line) || !to_count(trimmed(line), count)) return false;
+  for (int i = 0; i < 8; ++i)
+    if (!lines.next(line) || !is_row_of(line, i < 4 ? 3 : 4)) return false;
+  return true;
+}
+
+Cloud parse_text(Bytes bytes, const std::string& name, const ReadOptions& options, const Context& context) {
+  const std::string_view text = as_text(bytes);
+  check_encoding(text, name);
+  if (is_ptx(bytes)) return parse_ptx(text, name, options, context);
+  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+  const std::size_t start = text.substr(0, 3) == byte_order_mark ? 3 : 0;
+  Layout layout = Preamble(text.substr(start), name).read();
+  Cloud cloud;
+  cloud.format = "xyz";
+  layout.format.targets = column_targets(layout.axes, choose_attributes(layout, options, cloud));
+  const std::size_t rows = parse_rows(text, start + layout.body, text.size(), layout.format, name, cloud);
+  if (rows == 0) no_points(name);
+  if (layout.announced && *layout.announced != rows)
+    cloud.notes.push_back(fmt::format("{}: announces {} points but holds {}", name, *layout.announced, rows));
+  const ColumnName& x = layout.names[static_cast<std::size_t>(layout.axes[0])];
+  cloud.unit = known_unit(x);
+  const ColumnName& z = layout.names[static_cast<std::size_t>(layout.axes[2])];
+  cloud.vertical_unit = known_unit(z);
+  context.step("read", 1);
+  return cloud;
+}
+
+}  // namespace isopach
