@@ -72,25 +72,24 @@ void expect_quantiles(const Sample& s, const std::string& name) {
   const double area = static_cast<double>(brute_area(s, -1e9L, 1e9L));
   double limit = 0;
   for (const double z : s.z2) limit = std::max(limit, std::fabs(z));
-  const std::vector<double> shares = {0.01, 0.25, 0.5, 0.9, 0.95, 0.999};
-  const auto check = [&](const Variable& variable, const std::vector<double>& found, double reach) {
-    ASSERT_EQ(found.size(), shares.size());
-    const auto area_up_to = [&](long double v) {
-      return variable.absolute ? brute_area(s, variable.centre - v, variable.centre + v) : brute_area(s, -1e9L, v);
+  std::vector<Quantile> wanted;
+  for (const double share : {0.01, 0.25, 0.5, 0.9, 0.95, 0.999})
+    for (const auto& [absolute, centre] : {std::pair{false, 0.0}, std::pair{true, 0.0}, std::pair{true, 0.3}})
+      wanted.push_back({share, absolute, centre});
+  const CellView view = s.view();
+  const std::vector<double> found = Distribution(view, area, limit, {}).quantiles(wanted);
+  ASSERT_EQ(found.size(), wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) {
+    const auto& [share, absolute, centre] = wanted[i];
+    const auto area_up_to = [&, absolute = absolute, centre = centre](long double v) {
+      return static_cast<double>(absolute ? brute_area(s, centre - v, centre + v) : brute_area(s, -1e9L, v));
     };
-    for (std::size_t i = 0; i < shares.size(); ++i) {
-      const double step = 1e-9 * reach, target = shares[i] * area;
-      EXPECT_GE(static_cast<double>(area_up_to(static_cast<long double>(found[i]) + step)), target * (1 - 1e-12))
-          << name << " " << shares[i];
-      if (!variable.absolute || found[i] > step) {
-        EXPECT_LE(static_cast<double>(area_up_to(static_cast<long double>(found[i]) - step)), target * (1 + 1e-12))
-            << name << " " << shares[i];
-      }
+    const double step = 1e-9 * (limit + centre), target = share * area;
+    EXPECT_GE(area_up_to(static_cast<long double>(found[i]) + step), target * (1 - 1e-12)) << name << " " << share;
+    if (!absolute || found[i] > step) {
+      EXPECT_LE(area_up_to(static_cast<long double>(found[i]) - step), target * (1 + 1e-12)) << name << " " << share;
     }
-  };
-  check({false, 0}, quantiles(s.view(), area, {false, 0}, limit, shares, {}), limit);
-  check({true, 0}, quantiles(s.view(), area, {true, 0}, limit, shares, {}), limit);
-  check({true, 0.3}, quantiles(s.view(), area, {true, 0.3}, limit + 0.3, shares, {}), limit + 0.3);
+  }
 }
 
 TEST(Quantiles, HaveTheirShareOfTheAreaOnEitherSide) {
@@ -104,11 +103,13 @@ TEST(Quantiles, HaveTheirShareOfTheAreaOnEitherSide) {
 
 TEST(AreasBetween, EqualCuttingAndAddUpToTheDomain) {
   const Sample s = sample(2000, 126, rough);
-  const std::vector<double> edges = {-0.5, -0.25, 0, 0.1, 0.5, 1};
-  const std::vector<double> areas = areas_between(s.view(), edges, {});
+  const CellView view = s.view();
+  const double domain = static_cast<double>(brute_area(s, -1e9L, 1e9L));
+  const std::vector<double> areas = Distribution(view, domain, 1.5, {}).areas_between(-0.5, 0.75, 5);
   ASSERT_EQ(areas.size(), 5u);
   for (std::size_t k = 0; k < 5; ++k) {
-    const long double low = k == 0 ? -1e9L : edges[k], high = k == 4 ? 1e9L : edges[k + 1];
+    const double edge = -0.5 + 0.25 * static_cast<double>(k);
+    const long double low = k == 0 ? -1e9L : edge, high = k == 4 ? 1e9L : edge + 0.25L;
     EXPECT_NEAR(areas[k], static_cast<double>(brute_area(s, low, high)), 1e-13);
   }
   EXPECT_NEAR(std::accumulate(areas.begin(), areas.end(), 0.0), static_cast<double>(brute_area(s, -1e9L, 1e9L)), 1e-13);
