@@ -32,7 +32,9 @@ main{max-width:1060px;margin:0 auto;padding:44px 28px 64px}
 h1{font-size:29px;line-height:1.2;margin:0 0 10px;letter-spacing:-.012em;overflow-wrap:anywhere}
 h1 span{color:var(--soft);font-weight:400}
 h2{font-size:19px;margin:46px 0 12px;letter-spacing:-.005em}
-p{margin:0 0 12px;max-width:46em}
+p{margin:0 0 12px;max-width:50em}
+.soft{max-width:60em}
+.scroll+p{margin-top:12px}
 .lead{font-size:20px;line-height:1.45}
 .soft,caption,figcaption,footer{color:var(--soft);font-size:14px}
 .cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(170px,1fr));gap:1px;margin:26px 0;background:var(--line);
@@ -49,7 +51,9 @@ svg{display:block;width:100%;height:auto;color:var(--soft)}
 table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 th,td{text-align:left;padding:7px 14px 7px 0;border-bottom:1px solid var(--line);vertical-align:baseline}
 thead th{font-size:13px;font-weight:500;color:var(--soft)}
-tbody th{font-weight:500}
+tbody th{font-weight:500;min-width:11.5em}
+table.pairs th{width:17em}
+thead th.n{text-align:right;padding-right:6px}
 td.n{text-align:right;white-space:nowrap;padding-right:6px}
 td.u{color:var(--soft);white-space:nowrap}
 td.why{color:var(--soft);font-size:14.5px}
@@ -173,8 +177,8 @@ class Page {
     out_ += "<tr><th scope=\"row\">" + name + "</th><td class=\"n\">" + number_html + "</td><td class=\"u\">" +
             unit_html + "</td><td class=\"why\">" + why + "</td></tr>\n";
   }
-  void open_table(const std::string& title, const std::string& columns) {
-    out_ += "<h2>" + title + "</h2>\n<div class=\"scroll\"><table>\n";
+  void open_table(const std::string& title, const std::string& columns, const std::string& kind = "") {
+    out_ += "<h2>" + title + "</h2>\n<div class=\"scroll\"><table" + kind + ">\n";
     if (!columns.empty()) out_ += "<thead><tr>" + columns + "</tr></thead>\n";
     out_ += "<tbody>\n";
   }
@@ -214,8 +218,10 @@ class Page {
   }
 
   void truth_table(const Truth& truth) {
-    open_table("Against the known truth",
-               "<th></th><th>truth</th><th>measured</th><th>difference</th><th>relative</th><th></th>");
+    open_table(
+        "Against the known truth",
+        "<th></th><th class=\"n\">truth</th><th>unit</th><th class=\"n\">measured</th><th class=\"n\">difference</th>"
+        "<th class=\"n\">relative</th>");
     const auto line = [&](const std::string& name, double known, const std::string& key, int power) {
       const double measured = value(key), difference = measured - known;
       const std::string relative =
@@ -223,9 +229,9 @@ class Page {
       out_ += "<tr><th scope=\"row\">" + name + "</th>";
       out_ += fmt::format("<td class=\"n\"><data data-truth value=\"{0}\" title=\"{0}\">{1}</data></td>",
                           Json(known).dump(), number(known, fine, 6));
-      out_ += "<td class=\"n\">" + datum(key, number(measured, fine, 6)) + "</td><td class=\"n\">" +
-              signed_number(difference, fine, 3) + "</td><td class=\"n\">" + relative + "</td><td class=\"u\">" +
-              unit(power) + "</td></tr>\n";
+      out_ += "<td class=\"u\">" + unit(power) + "</td><td class=\"n\">" + datum(key, number(measured, fine, 6)) +
+              "</td><td class=\"n\">" + signed_number(difference, fine, 3) + "</td><td class=\"n\">" + relative +
+              "</td></tr>\n";
     };
     line("gained", truth.above, "volume.above", 3);
     line("lost", truth.below, "volume.below", 3);
@@ -371,12 +377,21 @@ class Page {
     close_table();
   }
 
+  [[nodiscard]] static std::string setting_text(const Json& setting) {
+    if (setting.is_boolean()) return setting.get<bool>() ? "yes" : "no";
+    if (setting.is_number_integer()) return setting.dump();
+    if (setting.is_number()) return number(setting.get<double>(), fine);
+    std::string list;
+    for (const Json& item : setting) list += (list.empty() ? "" : ", ") + setting_text(item);
+    return list;
+  }
+
   void parameters() {
-    open_table("Options in force", "");
+    open_table("Options in force", "", " class=\"pairs\"");
     for (const auto& [name, setting] : json_.at("parameters").items()) {
       const std::string shown = setting.is_null()     ? "–"
                                 : setting.is_string() ? escaped(setting.get<std::string>())
-                                                      : datum("parameters." + name, escaped(setting.dump()));
+                                                      : datum("parameters." + name, setting_text(setting));
       out_ +=
           "<tr><th scope=\"row\"><code>" + escaped(name) + "</code></th><td class=\"wrap\">" + shown + "</td></tr>\n";
     }
