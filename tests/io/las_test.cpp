@@ -7,11 +7,10 @@
 #include <cstdint>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <limits>
 
 #include "isopach/io/las_format.hpp"
+#include "tests/io/files.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -27,34 +26,11 @@ fs::path shared_data(const std::string& relative) { return test::shared_data(rel
 
 class LasTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* const info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / (std::string("isopach-las-") + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  [[nodiscard]] std::string file(const std::string& name) const { return (folder_ / name).string(); }
-
-  fs::path folder_;
+  [[nodiscard]] std::string file(const std::string& name) const { return folder_ / name; }
+  test::TempFolder folder_;
 };
 
-ReadOptions everything() {
-  ReadOptions options;
-  options.all_attributes = true;
-  return options;
-}
-
-Cloud read(const fs::path& path) { return read_las(path.string(), everything(), {}); }
-
-std::string slurp(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
-
-void spit(const fs::path& path, const std::string& bytes) {
-  std::ofstream(path, std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
-}
+Cloud read(const fs::path& path) { return read_las(path.string(), test::read_all(), {}); }
 
 bool same_bits(const Array<double>& a, const Array<double>& b) {
   return a.size() == b.size() && (a.empty() || std::memcmp(a.data(), b.data(), a.size() * sizeof(double)) == 0);
@@ -177,7 +153,7 @@ TEST_F(LasTest, EveryPointOfALargeCompressedFileIsRead) {
   const fs::path path = shared_data("lasr-bcts/bcts_2.laz");
   SKIP_IF_ABSENT(path);
   const Cloud cloud = read_las(path.string(), {}, {});
-  const std::string bytes = slurp(path);
+  const std::string bytes = test::file_content(path);
   const LasFile header = parse_las(bytes, "bcts_2.laz");
   EXPECT_EQ(cloud.points.size(), header.count);
   // The bounds in the header were written by another program.
@@ -242,7 +218,7 @@ TEST_F(LasTest, RoundTripKeepsEverythingWithinTheStatedError) {
     EXPECT_EQ(again.vertical_unit, "unknown");
   }
   EXPECT_LT(fs::file_size(file("a.laz")), fs::file_size(file("a.las")));
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 2) << "nothing is left beside the files";
+  EXPECT_EQ(folder_.files(), 2u) << "nothing is left beside the files";
 }
 
 TEST_F(LasTest, ErrorOfCoordinatesStaysBelowHalfAStep) {
@@ -301,8 +277,8 @@ TEST_F(LasTest, FieldsAreAddedAndThePointsStayTheSame) {
       }
       after.attributes.resize(before.attributes.size());
       expect_equal(before, after);
-      const std::string bytes = slurp(file(target));
-      const std::string old = slurp(source);
+      const std::string bytes = test::file_content(file(target));
+      const std::string old = test::file_content(source.string());
       const std::size_t extended = parse_las(old, "old").extended.size(),
                         copc = std::strstr(name, "copc") != nullptr ? 1 : 0;
       EXPECT_EQ(parse_las(bytes, target).extended.size(), extended - copc);
@@ -353,12 +329,12 @@ void expect_error(const fs::path& path) {
 
 TEST_F(LasTest, BadHeadersAreRefused) {
   write_las(file("good.las"), known_cloud(), {});
-  const std::string good = slurp(file("good.las"));
+  const std::string good = test::file_content(file("good.las"));
   const auto bad = [&](const char* name, std::size_t at, auto value) {
     SCOPED_TRACE(name);
     std::string bytes = good;
     std::memcpy(bytes.data() + at, &value, sizeof value);
-    spit(file(name), bytes);
+    test::write_file(file(name), bytes);
     expect_error(file(name));
   };
   bad("magic.las", 0, 'X');
@@ -377,10 +353,10 @@ TEST_F(LasTest, BadHeadersAreRefused) {
 
 TEST_F(LasTest, AHugeCountInACompressedFileTakesNoMemory) {
   write_las(file("good.laz"), known_cloud(), {});
-  std::string bytes = slurp(file("good.laz"));
+  std::string bytes = test::file_content(file("good.laz"));
   const std::uint64_t huge = std::uint64_t{1} << 60;
   std::memcpy(bytes.data() + 247, &huge, sizeof huge);
-  spit(file("huge.laz"), bytes);
+  test::write_file(file("huge.laz"), bytes);
   expect_error(file("huge.laz"));
 }
 
@@ -392,7 +368,7 @@ TEST_F(LasTest, FilesKnownToBeBrokenAreRefused) {
 
 // Every truncation and flip either reads, or fails with a message that names the file; nothing crashes or hangs.
 void mutate(const fs::path& source, const fs::path& scratch) {
-  const std::string good = slurp(source);
+  const std::string good = test::file_content(source.string());
   test::Random random(1);
   for (int i = 0; i < 150; ++i) {
     std::string bytes = good;
@@ -400,7 +376,7 @@ void mutate(const fs::path& source, const fs::path& scratch) {
     const std::size_t flips = i % 3 == 0 ? 0 : 1 + random.below(4),
                       reach = i % 3 == 1 ? std::min<std::size_t>(good.size(), 600) : good.size();
     for (std::size_t k = 0; k < flips; ++k) bytes[random.below(reach)] = static_cast<char>(random.below(256));
-    spit(scratch, bytes);
+    test::write_file(scratch, bytes);
     try {
       const Cloud cloud = read(scratch);
       EXPECT_FALSE(cloud.points.empty());

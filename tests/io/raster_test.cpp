@@ -7,10 +7,9 @@
 #include <cmath>
 #include <cstring>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 
 #include "isopach/base/error.hpp"
+#include "tests/io/files.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -21,28 +20,15 @@ namespace fs = std::filesystem;
 
 class RasterTest : public testing::Test {
  protected:
-  void SetUp() override {
-    const auto* const info = testing::UnitTest::GetInstance()->current_test_info();
-    folder_ = fs::temp_directory_path() / (std::string("isopach-raster-") + info->name());
-    fs::remove_all(folder_);
-    fs::create_directories(folder_);
-  }
-  void TearDown() override { fs::remove_all(folder_); }
-  [[nodiscard]] std::string file(const std::string& name) const { return (folder_ / name).string(); }
+  [[nodiscard]] std::string file(const std::string& name) const { return folder_ / name; }
   std::string write(const std::string& name, const std::string& bytes) const {
-    std::ofstream(file(name), std::ios::binary).write(bytes.data(), static_cast<std::streamsize>(bytes.size()));
+    test::write_file(file(name), bytes);
     return file(name);
   }
-
-  fs::path folder_;
+  test::TempFolder folder_;
 };
 
 Cloud read(const fs::path& path) { return read_raster(path.string(), {}, {}); }
-
-std::string slurp(const fs::path& path) {
-  std::ifstream in(path, std::ios::binary);
-  return {std::istreambuf_iterator<char>(in), {}};
-}
 
 // A grid with holes, turned and sheared, whose cells have known centres.
 Cloud known_grid() {
@@ -61,7 +47,7 @@ Cloud known_grid() {
 TEST_F(RasterTest, RoundTripsThroughGeoTiff) {
   const Cloud cloud = known_grid();
   write_raster(file("a.tif"), cloud, {});
-  EXPECT_TRUE(is_raster(slurp(file("a.tif")).substr(0, 512)));
+  EXPECT_TRUE(is_raster(test::file_content(file("a.tif")).substr(0, 512)));
   const Cloud again = read(file("a.tif"));
   EXPECT_TRUE(std::equal(cloud.points.begin(), cloud.points.end(), again.points.begin(), again.points.end()));
   EXPECT_EQ(again.nodata, 37u * 23u - cloud.points.size());
@@ -72,7 +58,7 @@ TEST_F(RasterTest, RoundTripsThroughGeoTiff) {
   EXPECT_EQ(again.crs, "EPSG:26910");
   EXPECT_EQ(again.unit, "m");
   EXPECT_EQ(again.vertical_unit, "ft");
-  EXPECT_EQ(std::distance(fs::directory_iterator(folder_), {}), 1) << "nothing is left beside the file";
+  EXPECT_EQ(folder_.files(), 1u) << "nothing is left beside the file";
 }
 
 TEST_F(RasterTest, OnlyGridsCanBeWritten) {
@@ -188,7 +174,7 @@ TEST_F(RasterTest, DamagedFilesReadOrSayWhy) {
   write_raster(file("good.tif"), known_grid(), {});
   const std::string ascii = "ncols 3\nnrows 2\nxllcorner 0\nyllcorner 0\ncellsize 1\nnodata_value 9\n1 2 3\n4 5 6\n";
   test::Random random(2);
-  for (const std::string& good : {slurp(file("good.tif")), ascii}) {
+  for (const std::string& good : {test::file_content(file("good.tif")), ascii}) {
     for (int i = 0; i < 150; ++i) {
       std::string bytes = good;
       if (i % 3 == 0) bytes.resize(random.below(good.size()));

@@ -37,13 +37,12 @@ std::string wkt_of(const OGRSpatialReference& reference, const char* format) {
   return wkt;
 }
 
-// The system of the EPSG registry that is the same but perhaps for its name.
-std::string best_match(const OGRSpatialReference& reference) {
-  OGRSpatialReference* const match = reference.FindBestMatch();
-  if (match == nullptr) return {};
-  const std::string code = epsg_code(*match, nullptr);
-  match->Release();
-  return code;
+// Code of a system that is the registry's but for the missing code; a look at the names, without a search.
+std::string guessed_code(const OGRSpatialReference& reference) {
+  if (!reference.IsProjected() || reference.IsCompound()) return {};
+  OGRSpatialReference guess(reference);
+  guess.AutoIdentifyEPSG();
+  return epsg_code(guess, nullptr);
 }
 
 std::string name_of(const OGRSpatialReference& reference) {
@@ -54,7 +53,7 @@ std::string name_of(const OGRSpatialReference& reference) {
     // A vertical part that only names its unit adds nothing: the unit has a place of its own.
     if (!horizontal.empty()) return "EPSG:" + horizontal + (vertical.empty() ? "" : "+" + vertical);
   }
-  if (const std::string code = best_match(reference); !code.empty()) return "EPSG:" + code;
+  if (const std::string code = guessed_code(reference); !code.empty()) return "EPSG:" + code;
   const std::string wkt = wkt_of(reference, "DEFAULT");
   return wkt.empty() ? wkt_of(reference, "WKT2_2019") : wkt;
 }
@@ -153,6 +152,11 @@ Crs crs_from_esri(const std::string& wkt) {
   CPLStringList lines;
   lines.AddString(wkt.c_str());
   if (reference.importFromESRI(lines.List()) != OGRERR_NONE) return {};
+  // ESRI's text has no codes. A search of the registry takes a good part of a second, so only here.
+  if (OGRSpatialReference* const match = reference.FindBestMatch()) {
+    reference = *match;
+    match->Release();
+  }
   return describe_crs(reference);
 }
 

@@ -256,6 +256,7 @@ void pack(const laszip_point& p, int format, std::size_t length, char* record) {
 }  // namespace
 
 struct LazReader::State {
+  State(const std::string& name, const LasFile& las) : path(name), file(las) {}
   std::string path;
   const LasFile& file;
   std::vector<Chunk> chunks;  // empty unless layered
@@ -280,7 +281,7 @@ struct LazReader::State {
   }
 };
 
-LazReader::LazReader(const std::string& path, const LasFile& file) : state_(new State{path, file, {}}) {
+LazReader::LazReader(const std::string& path, const LasFile& file) : state_(std::make_unique<State>(path, file)) {
   check_items(file, path);
   if (is_layered(file))
     state_->chunks = find_chunks(file, path);
