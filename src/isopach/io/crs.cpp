@@ -163,8 +163,6 @@ Crs crs_from_esri(const std::string& wkt) {
 Crs crs_from_geokeys(std::span<const char> directory, std::span<const char> doubles, std::span<const char> ascii) {
   const GdalMessages messages;
   const ReportVerticalCrs vertical;
-  // GDAL's reader of the keys asks PROJ through a context of its own, which would print of keys it does not know.
-  proj_log_level(nullptr, PJ_LOG_NONE);
   GDALRegister_GTiff();
   TinyTiff tiff(directory, doubles, ascii);
   // The address of the bytes makes the name unique among threads.
@@ -196,7 +194,11 @@ void set_crs(Cloud& cloud, const Crs& crs) {
   cloud.vertical_unit = crs.vertical_unit;
 }
 
-GdalMessages::GdalMessages() { CPLPushErrorHandlerEx(keep_message, this); }
+GdalMessages::GdalMessages() {
+  CPLPushErrorHandlerEx(keep_message, this);
+  // GDAL's reader of GeoTIFF keys asks PROJ through a context of its own, which would print of units it does not know.
+  proj_log_level(nullptr, PJ_LOG_NONE);
+}
 GdalMessages::~GdalMessages() { CPLPopErrorHandler(); }
 
 void GdalMessages::keep(int severity, const char* message) {

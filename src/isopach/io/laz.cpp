@@ -139,10 +139,14 @@ void check_items(const LasFile& file, const std::string& path) {
   for (std::size_t i = 0; i < items; ++i) {
     const int type = get_le<std::uint16_t>(data + 34 + 6 * i);
     const std::size_t stated = get_le<std::uint16_t>(data + 36 + 6 * i);
-    if (stated != item_length(type, stated)) fail(path, "LASzip's record is damaged");
+    const int version = get_le<std::uint16_t>(data + 38 + 6 * i);
+    const bool known = is_layered(file) ? version == 3 || version == 4 : version == 1 || version == 2;
+    if (stated == 0 || stated != item_length(type, stated) || !known) fail(path, "LASzip's record is damaged");
     length += stated;
     if (type != 0 && type != 14) types.push_back(type);
   }
+  const int compressor = get_le<std::uint16_t>(data), coder = get_le<std::uint16_t>(data + 2);
+  if (compressor < 1 || compressor > 3 || coder != 0) fail(path, "LASzip's record names an unknown compressor");
   if (is_layered(file) != (file.format >= 6)) fail(path, "LASzip's record names a compressor of other point formats");
   if (length != file.record_length || types != items_of(file.format))
     fail(path, "LASzip's record and the LAS header describe different points");
@@ -197,8 +201,11 @@ std::string file_of_chunk(const LasFile& file, const Chunk& chunk) {
   return bytes;
 }
 
-// LASzip takes memory for as many chunks as the table says; each needs room for a first, uncompressed point.
+// LASzip takes memory for as many records as the header says, and as many chunks as the table says; each of these needs
+// room for a first, uncompressed point.
 void check_table(const LasFile& file, const std::string& path) {
+  if (get_le<std::uint32_t>(file.bytes.data() + 100) != file.records.size())
+    fail(path, "the header promises more variable length records than there are");
   const LasRecord* const record = laszip_record(file);
   if (get_le<std::uint16_t>(record->data.data()) < 2) return;  // not in chunks
   const std::size_t size = file.bytes.size();
