@@ -126,13 +126,21 @@ TEST(Frame, fit_of_an_exact_plane_is_exact_to_rounding) {
   EXPECT_NEAR(frame.rotation[8], 1 / length, 1e-11);
 }
 
-TEST(Frame, fit_of_a_level_plane_is_the_axis) {
-  Cloud a = make_cloud({});
-  for (int i = 0; i < 20; ++i)
-    for (int j = 0; j < 30; ++j) a.points.push_back({i / 7.0, j / 3.0, 12.5});
-  const Frame frame = frame_of(a, a, looking(Direction::Kind::fit));
-  EXPECT_TRUE(frame.axis_aligned);
-  EXPECT_EQ(frame.rotation, Frame{}.rotation);
+TEST(Frame, fit_of_a_plane_across_an_axis_is_the_axis) {
+  FieldRandom random(3);
+  Cloud x = make_cloud({}), y = make_cloud({}), z = make_cloud({});
+  for (int i = 0; i < 300; ++i) {
+    const double s = random.uniform(-7, 3), t = random.uniform(5, 30), level = 12.7;
+    x.points.push_back({level, s, t});
+    y.points.push_back({t, level, s});
+    z.points.push_back({s, t, level});
+  }
+  EXPECT_EQ(frame_of(x, x, looking(Direction::Kind::fit)).rotation,
+            frame_of(x, x, looking(Direction::Kind::axis_x)).rotation);
+  EXPECT_EQ(frame_of(y, y, looking(Direction::Kind::fit)).rotation,
+            frame_of(y, y, looking(Direction::Kind::axis_y)).rotation);
+  EXPECT_EQ(frame_of(z, z, looking(Direction::Kind::fit)).rotation, Frame{}.rotation);
+  EXPECT_TRUE(frame_of(x, x, looking(Direction::Kind::fit)).axis_aligned);
 }
 
 TEST(Frame, fit_refuses_points_on_a_line) {

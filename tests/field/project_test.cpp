@@ -198,6 +198,8 @@ TEST(Project, minus_zero_is_zero) {
   EXPECT_FALSE(std::signbit(field.xy[node].x) || std::signbit(field.xy[node].y));
   EXPECT_EQ(field.z[node], 2);
   EXPECT_FALSE(std::signbit(field.z[field.node_of_point[2]]));
+  const Point3 zero = Frame{}.to_field({-0.0, -1, -0.0});  // every term of x is -0 here
+  EXPECT_FALSE(std::signbit(zero.x) || std::signbit(zero.z));
 }
 
 TEST(Project, points_that_are_not_finite_are_dropped_and_counted) {

@@ -102,6 +102,14 @@ TEST(ScanNodes, LinesRunAcrossTheHeading) {
   EXPECT_GT(along_line, nodes.size() * 98 / 100);  // the others begin a line
 }
 
+TEST(ScanNodes, StretchSetsLinesApart) {
+  for (const double stretch : {0.5, 1.0, 2.0}) {
+    const Array<Point2> nodes = scan_nodes(rectangle({0, 0}, {100, 100}), 10000, {0, 1, 0, false, stretch, 0}, {1, 1});
+    const double step = nodes[1].y - nodes[0].y, lines = static_cast<double>(nodes.size()) / (100 / step);
+    EXPECT_NEAR(100 / lines / step, stretch, 0.03 * stretch);
+  }
+}
+
 TEST(IrregularNodes, AreUniform) {
   const Array<Point2> nodes = irregular_nodes(rectangle({-10, 5}, {10, 45}), 100000, {1, 1});
   EXPECT_EQ(nodes.size(), 100000U);

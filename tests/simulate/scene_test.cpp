@@ -160,7 +160,7 @@ TEST(Scene, FaceIsSymmetricAndItsSwellingIsNot) {
       EXPECT_NEAR(f1(x, y), f1(-x, y), 1e-12 * 150);
       swollen = std::max(swollen, f2(x, y) - f2(-x, y));
     }
-  EXPECT_NEAR(swollen, 4, 0.05);
+  EXPECT_NEAR(swollen, 6, 0.05);
 }
 
 TEST(Scene, ReliefIsAsDescribed) {

@@ -71,12 +71,6 @@ void sum_groups(Cell& cell) {
   }
 }
 
-// The slope of two parallel planes, one through each group.
-Slope common_slope(const std::array<Group, 2>& groups) {
-  const Scatter &a = groups[0].scatter, &b = groups[1].scatter;
-  return Scatter{a.xx + b.xx, a.xy + b.xy, a.yy + b.yy, a.xz + b.xz, a.yz + b.yz, a.zz + b.zz}.slope();
-}
-
 // Cuts the cell at the widest gap of height above the slope that leaves least_group on either side.
 void cut_at_gap(Cell& cell, const Slope& slope) {
   const std::size_t n = cell.points.size();
@@ -137,12 +131,9 @@ bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
   sum_groups(cell);
   const Point3 mean = cell.groups[0].mean;
   for (Point3& p : cell.points) p = {p.x - mean.x, p.y - mean.y, p.z - mean.z};
-  // Layers mixed unevenly tilt the first slope, of all points; the next ones know the layers.
-  for (int round = 0; round < 3; ++round) {
-    cut_at_gap(cell, common_slope(cell.groups));
-    sum_groups(cell);
-    if (cell.groups[0].n == 0) return false;  // no gap at all: all residuals are equal
-  }
+  cut_at_gap(cell, cell.groups[0].scatter.slope());
+  sum_groups(cell);
+  if (cell.groups[0].n == 0) return false;  // no gap at all: all residuals are equal
   return far_apart(cell.groups, width / std::sqrt(static_cast<double>(n))) && mixed(cell);
 }
 

@@ -73,8 +73,8 @@ class PlyReader {
     offset_ = header_.size;
     for (const Element& element : header_.elements) {
       read_element(element);
-      if (&element == last_needed_) break;
       context.step("read", static_cast<double>(offset_) / static_cast<double>(bytes_.size()));
+      if (&element == last_needed_) break;
     }
     return std::move(cloud_);
   }

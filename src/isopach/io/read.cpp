@@ -48,14 +48,15 @@ Format find_format(const std::string& path, Bytes bytes) {
   const Bytes head = bytes.subspan(0, std::min(bytes.size(), head_bytes));
   const std::string_view text = as_text(head);
   if (starts_with(text, "ply") && text.size() > 3 && std::strchr("\r\n \t", text[3]) != nullptr) return Format::ply;
-  if (starts_with(text, "LASF")) return Format::las;
+  if (is_las(text)) return Format::las;
   if (starts_with(text, "ASTM-E57")) no_e57(path);
   if (is_pcd(head)) return Format::pcd;
-  if (is_raster(path, head)) return Format::raster;
+  if (is_raster(text)) return Format::raster;
   if (is_stl(bytes)) return Format::stl;
   const std::string end = extension(path);
   if (end == ".ply") return Format::ply;
   if (end == ".las" || end == ".laz") return Format::las;
+  if (end == ".tif" || end == ".tiff") return Format::raster;
   if (end == ".e57") no_e57(path);
   if (end == ".pcd") return Format::pcd;
   if (end == ".stl") return Format::stl;
@@ -90,6 +91,7 @@ Cloud read_file(const std::string& path, const ReadOptions& options, const Conte
 }  // namespace
 
 Cloud read_cloud(const std::string& path, const ReadOptions& options, const Context& context) {
+  context.check();
   Cloud cloud;
   run_with_threads(context.threads, [&] { cloud = read_file(path, options, context); });
   cloud.path = path;

@@ -22,6 +22,7 @@ struct Layout {
   RowFormat format;
   std::array<int, 3> axes{0, 1, 2};
   std::vector<ColumnName> names;  // empty if the file does not name its columns
+  std::vector<bool> numeric;      // per column of the first line of data
   std::size_t body = 0;           // offset of the first line that may be data
   std::optional<std::uint64_t> announced;
 };
@@ -121,6 +122,7 @@ class Preamble {
       return false;
     }
     layout_.format.separator = separator;
+    for (const std::string_view field : fields) layout_.numeric.push_back(any_number({field}));
     settle_columns(fields.size());
     return true;
   }
@@ -166,13 +168,14 @@ std::string color_name(const std::string& name) {
   return name == "r" ? "red" : name == "g" ? "green" : name == "b" ? "blue" : name;
 }
 
-// Adds the wanted attributes to the cloud and returns their columns.
+// Adds the wanted attributes to the cloud and returns their columns. Columns of text are no attributes.
 std::vector<int> choose_attributes(const Layout& layout, const ReadOptions& options, Cloud& cloud) {
   std::vector<int> columns;
   for (int i = 0; i < static_cast<int>(layout.names.size()); ++i) {
     const std::string name = color_name(layout.names[static_cast<std::size_t>(i)].name);
     if (std::find(layout.axes.begin(), layout.axes.end(), i) != layout.axes.end()) continue;
     if (name.empty() || !wanted(options, name) || cloud.find_attribute(name) != nullptr) continue;
+    if (static_cast<std::size_t>(i) < layout.numeric.size() && !layout.numeric[static_cast<std::size_t>(i)]) continue;
     cloud.attributes.push_back({name, {}});
     columns.push_back(i);
   }

@@ -290,7 +290,6 @@ void check_contents(const std::string& path, const std::string& end, const Cloud
 using Writer = std::function<void(const std::string&)>;
 
 Writer find_writer(const std::string& path, const std::string& end, const Cloud& cloud, const Context& context) {
-  check_contents(path, end, cloud);
   if (end == ".ply") return [&](const std::string& p) { write_ply(p, cloud, context); };
   if (end == ".csv") return [&](const std::string& p) { write_text(p, cloud, true, context); };
   if (end == ".xyz" || end == ".txt") return [&](const std::string& p) { write_text(p, cloud, false, context); };
@@ -298,7 +297,6 @@ Writer find_writer(const std::string& path, const std::string& end, const Cloud&
   if (end == ".stl") return [&](const std::string& p) { write_stl(p, cloud, context); };
   if (end == ".pcd") return [&](const std::string& p) { write_pcd(p, cloud, context); };
   if (end == ".npy") return [&](const std::string& p) { write_npy(p, cloud, context); };
-  if (end == ".tif" || end == ".tiff") return [&](const std::string& p) { write_raster(p, cloud, context); };
   throw UsageError(fmt::format(
       "{}: unknown extension: use .ply, .xyz, .txt, .csv, .las, .laz, .obj, .stl, .pcd, .npy or .tif", path));
 }
@@ -358,12 +356,15 @@ void write_atomically(const std::string& target, const std::function<void(const 
 void write_cloud(const std::string& path, const Cloud& cloud, const Context& context) {
   for ([[maybe_unused]] const Attribute& a : cloud.attributes) assert(a.values.size() == cloud.points.size());
   const std::string end = lower_case(std::filesystem::path(path).extension().string());
-  if (end == ".las" || end == ".laz") {
-    write_las(path, cloud, context);  // goes through write_atomically itself
-    return;
-  }
-  const Writer writer = find_writer(path, end, cloud, context);
-  run_with_threads(context.threads, [&] { write_atomically(path, writer); });
+  check_contents(path, end, cloud);
+  run_with_threads(context.threads, [&] {
+    if (end == ".las" || end == ".laz")
+      write_las(path, cloud, context);  // these two are atomic by themselves
+    else if (end == ".tif" || end == ".tiff")
+      write_raster(path, cloud, context);
+    else
+      write_atomically(path, find_writer(path, end, cloud, context));
+  });
 }
 
 }  // namespace isopach

@@ -89,7 +89,7 @@ double face(double x, double y) {
   return z;
 }
 
-constexpr Bump swelling{{46, -32}, 4, 26, 22, {0.6, 0.8}, 0, 0};
+constexpr Bump swelling{{45, -31}, 6, 30, 26, {0.6, 0.8}, 0, 0};
 
 double height(int, int epoch, double x, double y) { return face(x, y) + (epoch == 1 ? 0 : swelling.at(x, y)); }
 
@@ -127,7 +127,7 @@ SceneModel face_scene() {
   model.description = "a face by two scanners, one fine and one coarse: in the second scan one cheek is swollen";
   model.unit = "mm";
   model.defaults.points_a = 120000;
-  model.defaults.points_b = 30000;
+  model.defaults.points_b = 40000;
   model.defaults.noise_a = 0.03;
   model.defaults.noise_b = 0.1;
   model.least_points = 100;

@@ -35,7 +35,7 @@ struct SceneOptions {
 struct Truth {
   double area = 0, above = 0, below = 0, net = 0;
   double error = 0;                                  ///< absolute bound of the quadrature; 0 = closed form
-  std::map<std::string, double> parts;               ///< signed volumes of named features, e.g. {"mound": 4241.15, …}
+  std::map<std::string, double> parts;               ///< signed volumes of named features, e.g. {"mound": 7162.83, …}
   std::string unit = "m";
 };
 

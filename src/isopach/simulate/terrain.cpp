@@ -53,10 +53,11 @@ double hills(double x, double y) {
 constexpr double bulking = 1.25;  // loosened soil: the deposit holds more than the scar
 
 struct Changes {
-  Bump scar{{origin.x + 300, origin.y + 545}, -7, 70, 50, {0.8, -0.6}, 0.002, -0.5};
-  Bump deposit{{origin.x + 436, origin.y + 443}, 7 * bulking*(70 * 50) / (85.0 * 65), 85, 65, {0.8, -0.6}, -0.001, 0.4};
-  Bump mound{{origin.x + 560, origin.y + 880}, 6, 34, 26, {0.8, 0.6}, 0, 0};
-  Bump pit{{origin.x + 345, origin.y + 235}, -5, 28, 22, {1, 0}, 0, 0};
+  Bump scar{{origin.x + 280, origin.y + 565}, -12, 95, 65, {0.8, -0.6}, 0.002, -0.5};
+  Bump deposit{
+      {origin.x + 448, origin.y + 439}, 12 * bulking*(95 * 65) / (110.0 * 85), 110, 85, {0.8, -0.6}, -0.001, 0.4};
+  Bump mound{{origin.x + 560, origin.y + 880}, 8, 38, 30, {0.8, 0.6}, 0, 0};
+  Bump pit{{origin.x + 345, origin.y + 235}, -6, 32, 26, {1, 0}, 0, 0};
 };
 
 double height(int, int epoch, double x, double y) {
