@@ -53,7 +53,6 @@ using Quantity = std::function<std::string(const std::string& key, double value,
 [[nodiscard]] const char* to_text(Direction::Kind kind);
 
 inline constexpr std::string_view tool_name = "isopach";
-inline constexpr std::string_view tool_version = "0.1.0";
 inline constexpr std::string_view sign_rule = "d = B − A, positive where B lies above A";
 
 }  // namespace isopach
