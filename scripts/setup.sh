@@ -12,7 +12,7 @@ packages=(
   # tools
   g++ cmake ninja-build pkg-config ccache clang-format
   # the library
-  libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev libpng-dev
+  libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev libproj-dev libpng-dev
   libcairo2-dev fonts-dejavu-core
   # the command line
   libcli11-dev

@@ -16,8 +16,8 @@ struct InputSummary {
   std::string role, path, format, unit = "unknown", vertical_unit = "unknown", crs;
   std::size_t points = 0, nodes = 0;
   Cleaning cleaning;
+  std::size_t nodata = 0;    ///< cells or points the file itself marks as no data (not among points)
   Box3 bounds;               ///< of the finite points, input coordinates (after the pose for B)
-  std::size_t nodata = 0;    ///< cells or points the file itself marks as no data
   double layered_share = 0;  ///< share of the area with several layers
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include <fmt/format.h>
 
@@ -64,6 +65,46 @@ void require_points(const Cloud& cloud, const Cleaning& c) {
   throw InputError(fmt::format(
       "{}: no point is left of {} (dropped: {} not finite, {} by class, {} by crop); check the file, class and crop",
       cloud_name(cloud), c.points, c.dropped_nonfinite, c.dropped_class, c.dropped_crop));
+}
+
+std::size_t counts_to_places(std::vector<std::size_t>& counts) {
+  std::size_t total = 0;
+  for (std::size_t& count : counts) total += std::exchange(count, total);
+  return total;
+}
+
+Kept keep_points(const Filter& filter, const Frame& frame, const Cleaning& cleaning) {
+  const std::size_t n = filter.size(), kept = count_kept(cleaning);
+  check_size(filter.cloud(), n, static_cast<std::size_t>(no_index) - 1, "points");
+  const auto is_kept = [&](std::size_t i) { return filter.fate(i, filter.posed(i)) == Filter::Fate::kept; };
+  std::vector<std::size_t> place(block_count(n));
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) count += is_kept(i);
+    place[begin / default_block] = count;
+  });
+  counts_to_places(place);
+  Kept result;
+  result.xy.resize(kept);
+  if (kept < n) result.ids.resize(kept);
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    std::size_t k = place[begin / default_block];
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!is_kept(i)) continue;
+      const Point3 q = frame.to_field(filter.posed(i));
+      result.xy[k] = {q.x, q.y};
+      if (kept < n) result.ids[k] = static_cast<Index>(i);
+      ++k;
+    }
+  });
+  return result;
+}
+
+void check_size(const Cloud& cloud, std::size_t count, std::size_t most, const char* what) {
+  if (count > most)
+    throw InputError(
+        fmt::format("{}: {} {}, this build holds {}; crop or tile the comparison, or build with 64-bit indices",
+                    cloud_name(cloud), count, what, most));
 }
 
 }  // namespace isopach

@@ -3,6 +3,7 @@
 #pragma once
 #include <cstddef>
 #include <string>
+#include <vector>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/cloud/cloud.hpp"
@@ -39,6 +40,22 @@ class Filter {
 [[nodiscard]] std::size_t count_kept(const Cleaning& cleaning);
 /// Throws InputError, with the reasons, if nothing is kept.
 void require_points(const Cloud& cloud, const Cleaning& cleaning);
+
+/// The kept points in the plane, and which points they are.
+struct Kept {
+  Array<Point2> xy;
+  Array<Index> ids;  ///< empty if all points are kept
+  [[nodiscard]] Index point(std::size_t i) const { return ids.empty() ? static_cast<Index>(i) : ids[i]; }
+};
+
+/// `cleaning` comes from count_dropped(filter). Throws InputError if there are more points than indices.
+[[nodiscard]] Kept keep_points(const Filter& filter, const Frame& frame, const Cleaning& cleaning);
+
+/// From the count of each block to the place where the block begins; returns the total.
+std::size_t counts_to_places(std::vector<std::size_t>& counts);
+[[nodiscard]] inline std::size_t block_count(std::size_t n) { return (n + default_block - 1) / default_block; }
+/// Throws InputError if this build cannot hold so many ("points", ...).
+void check_size(const Cloud& cloud, std::size_t count, std::size_t most, const char* what);
 
 /// add(T&, posed point) over the kept points of each block, then combine(T&, const T&) in block order.
 template <class T, class Add, class Combine>

@@ -126,8 +126,6 @@ Point3 fitted_normal(const Filter& a, const Filter& b, const Box3& box) {
   if (!(solver.eigenvalues()(1) > line * solver.eigenvalues()(2))) throw no_plane();
   std::array<double, 3> n{};
   for (std::size_t i = 0; i < 3; ++i) n[i] = solver.eigenvectors()(static_cast<int>(i), 0);
-  for (double& c : n)
-    if (std::fabs(c) < 1e-15) c = 0;  // rounding error of the solver: lets an axis be an axis
   constexpr double vertical = 1e-9;
   std::size_t lead = 2;
   if (std::fabs(n[2]) < vertical) lead = std::fabs(n[0]) >= std::fabs(n[1]) ? 0 : 1;

@@ -1,5 +1,5 @@
-// HeightField: a scan seen along the projection direction. Nodes in the plane in Hilbert order, one height each, ids back
-// into the cloud, what was cleaned and why (METHOD section 1).
+// HeightField: a scan seen along the projection direction. Nodes in the plane in Hilbert order, one height each, ids
+// back into the cloud, what was cleaned and why (METHOD section 1).
 #pragma once
 #include <array>
 #include <optional>
@@ -26,14 +26,18 @@ struct Direction {
 };
 
 struct ProjectOptions {
-  Direction direction;                               ///< default z
+  Direction direction;  ///< default z
   DuplicatePolicy duplicates = DuplicatePolicy::mean;
-  std::vector<int> classes;                          ///< keep only these LAS classes; empty = all
-  std::optional<Box2> crop;                          ///< keep only points with (x, y) of the input inside; closed box
+  std::vector<int> classes;  ///< keep only these LAS classes; empty = all
+  std::optional<Box2> crop;  ///< keep only points with (x, y) of the input inside; closed box
 };
 
 /// The frame both scans of a pair are seen in: field = rotation · (input − origin). One frame per pair.
 /// `origin` is chosen so that the subtraction is exact in doubles (see choose_frame); rotation rows are u, v, w.
+/// Right-handed: u × v = w. Directions x, y, z give (u, v, w) = (y, z, x), (z, x, y), (x, y, z); −z gives (x, −y, −z)
+/// and so on; any other direction is its nearest axis turned by the smallest rotation.
+/// to_input(to_field(p)) == p, bit for bit up to the sign of 0, for axis-aligned frames and kept points; otherwise
+/// within 1e-15 of the size of the coordinates. Oracle: tests/field/frame_test.cpp.
 struct Frame {
   Point3 origin{0, 0, 0};
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major; rows u, v, w; w = projection direction
@@ -47,18 +51,23 @@ struct Frame {
 /// What happened to the points on the way. points = kept + dropped_*; nodes = kept − duplicates.
 struct Cleaning {
   std::size_t points = 0, dropped_nonfinite = 0, dropped_class = 0, dropped_crop = 0;
-  std::size_t duplicates = 0;             ///< points merged into a node that another point already made
-  double duplicate_max_spread = 0;        ///< largest difference of height inside one merged node
+  std::size_t duplicates = 0;       ///< points merged into a node that another point already made
+  double duplicate_max_spread = 0;  ///< largest difference of height inside one merged node
 };
 
 struct HeightField {
-  Array<Point2> xy;             ///< nodes, frame coordinates, Hilbert order, no two equal
-  Array<double> z;              ///< height of each node along the direction
-  Array<Index> node_of_point;   ///< for each point of the cloud its node, or no_index if dropped
+  Array<Point2> xy;            ///< nodes, frame coordinates, Hilbert order, no two equal
+  Array<double> z;             ///< height of each node along the direction
+  Array<Index> node_of_point;  ///< for each point of the cloud its node, or no_index if dropped
   Cleaning cleaning;
 };
 
-/// Frame for a pair of clouds (the same for (a, b) and (b, a)). `pose` is applied to b first.
+/// Frame for a pair of clouds (the same for (a, b) and (b, a)). `pose` is applied to b first. A function of the two
+/// sets of kept points, not of their order. Origin, per axis of the joint box: 0 if the box is nearer to 0 than 4 times
+/// its side, else a multiple of a power of two near its centre, so that x − origin is exact for every x in the box.
+/// Cost: O(n), 2 to 3 passes, no memory. Errors: InputError when a cloud has no point left, when the coordinates spread
+/// over more than 1e60, or when a plane is to be fitted to points on one line; UsageError when the vector is no
+/// direction.
 [[nodiscard]] Frame choose_frame(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
                                  const Context& context);
 
@@ -69,8 +78,13 @@ struct HeightField {
                                   const ProjectOptions& options, const Context& context);
 
 /// Share of the occupied area in which the scan has several layers along the direction (0 for a true height field).
-/// Works on the nodes before merging would hide anything: cells of about 24 points whose heights, freed of their plane,
-/// fall into two groups far apart that are interleaved in the plane (a cliff is not). See the docs page "height field".
+/// Works on the points, before merging would hide anything: squares of 24 to 96 points on average, in which the
+/// heights, freed of their plane, fall into two groups (20 % of the points each, or more) at least 6 standard
+/// deviations apart that are interleaved in the plane (a cliff is not). Squares with fewer than 12 points are not
+/// judged and not counted; 0 if there are no others. Not seen: layers nearer than a quarter of the point spacing or
+/// than the noise, layers with few points, and walls, whose heights are spread evenly. Objects of few points each look
+/// like a layer. A function of the set of points. Cost: O(n log n), one curve_order. Errors: as project. Oracle: the
+/// scenes of tests/field/layers_test.cpp. See the docs page "height field".
 [[nodiscard]] double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame,
                                    const ProjectOptions& options, const Context& context);
 

@@ -6,7 +6,6 @@
 #include <limits>
 #include <vector>
 
-#include "isopach/base/error.hpp"
 #include "isopach/field/filter.hpp"
 #include "isopach/field/height_field.hpp"
 
@@ -14,53 +13,66 @@ namespace isopach {
 namespace {
 
 // The rule, tuned on the scenes and scans of tests/field/layers_test.cpp.
-constexpr std::size_t least_points = 8;  // a cell with fewer is not judged
-constexpr std::size_t most_points = 48;  // of a fuller cell an even sample is judged
-constexpr double points_per_cell = 24;   // wanted, on average over the occupied cells
-constexpr double least_group = 0.2;      // share of the cell's points that a layer must have
-constexpr double least_separation = 6;   // layers apart, in standard deviations about their planes. One normal layer
-                                         // cut in two shows 2.7, a uniform one 3.5.
-constexpr double least_height = 0.25;    // layers apart, in point spacings: steps of rounding are no layers
-constexpr double least_mixing = 0.5;     // neighbours in the other layer, relative to layers mixed at random
-
-// Points of one cell about their mean, split in two: in_upper[i].
-struct Cell {
-  std::vector<Point3> points;
-  std::vector<double> residual, sorted;
-  std::vector<char> in_upper;
-  std::size_t upper = 0;
-};
+constexpr std::size_t least_points = 12;  // a cell with fewer is not judged
+constexpr std::size_t most_points = 128;  // of a fuller cell an even sample is judged
+constexpr double least_mean = 24;         // points per occupied cell, on average: from this to 4 times this
+constexpr double least_group = 0.2;       // share of the cell's points that a layer must have
+constexpr double least_separation = 6;    // layers apart, in standard deviations about their planes. One normal layer
+                                          // cut in two shows 2.7, a uniform one 3.5.
+constexpr double least_height = 0.25;     // layers apart, in point spacings: steps of rounding are no layers
+constexpr double least_mixing = 0.5;      // neighbours in the other layer, relative to layers mixed at random
 
 struct Slope {
   double x = 0, y = 0;
 };
 
-// Least squares for z = slope · (x, y) + one constant per group. The tiny ridge decides for points on a line.
-Slope common_slope(const Cell& cell) {
-  std::array<Point3, 2> mean{};
-  const std::array<double, 2> count{static_cast<double>(cell.points.size() - cell.upper),
-                                    static_cast<double>(cell.upper)};
-  for (std::size_t i = 0; i < cell.points.size(); ++i) {
-    Point3& m = mean[static_cast<std::size_t>(cell.in_upper[i])];
-    m.x += cell.points[i].x, m.y += cell.points[i].y, m.z += cell.points[i].z;
+// Second moments of points about their mean.
+struct Scatter {
+  double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0, zz = 0;
+
+  // Least squares for z. The tiny ridge decides for points on a line.
+  [[nodiscard]] Slope slope() const {
+    const double ridge = 1e-9 * (xx + yy), a = xx + ridge, b = yy + ridge;
+    const double determinant = a * b - xy * xy;
+    if (!(determinant > 0)) return {};
+    return {(xz * b - yz * xy) / determinant, (yz * a - xz * xy) / determinant};
   }
-  for (std::size_t g = 0; g < 2; ++g)
-    if (count[g] > 0) mean[g] = {mean[g].x / count[g], mean[g].y / count[g], mean[g].z / count[g]};
-  double xx = 0, xy = 0, yy = 0, xz = 0, yz = 0;
+  [[nodiscard]] double squares_about(const Slope& s) const { return std::max(0.0, zz - s.x * xz - s.y * yz); }
+};
+
+struct Group {
+  double n = 0;
+  Point3 mean{0, 0, 0};
+  Scatter scatter;
+};
+
+// Points of one cell, about the mean of all. Each belongs to the lower (0) or upper (1) group.
+struct Cell {
+  std::vector<Point3> points;
+  std::vector<char> group_of;
+  std::array<Group, 2> groups;
+  std::vector<double> residual, sorted;  // room to work in
+};
+
+void sum_groups(Cell& cell) {
+  cell.groups = {};
   for (std::size_t i = 0; i < cell.points.size(); ++i) {
-    const Point3& m = mean[static_cast<std::size_t>(cell.in_upper[i])];
-    const double x = cell.points[i].x - m.x, y = cell.points[i].y - m.y, z = cell.points[i].z - m.z;
-    xx += x * x, xy += x * y, yy += y * y, xz += x * z, yz += y * z;
+    Group& g = cell.groups[static_cast<std::size_t>(cell.group_of[i])];
+    const Point3& p = cell.points[i];
+    g.n += 1, g.mean.x += p.x, g.mean.y += p.y, g.mean.z += p.z;
   }
-  const double ridge = 1e-9 * (xx + yy);
-  xx += ridge, yy += ridge;
-  const double determinant = xx * yy - xy * xy;
-  if (!(determinant > 0)) return {};
-  return {(xz * yy - yz * xy) / determinant, (yz * xx - xz * xy) / determinant};
+  for (Group& g : cell.groups)
+    if (g.n > 0) g.mean = {g.mean.x / g.n, g.mean.y / g.n, g.mean.z / g.n};
+  for (std::size_t i = 0; i < cell.points.size(); ++i) {
+    Group& g = cell.groups[static_cast<std::size_t>(cell.group_of[i])];
+    const double x = cell.points[i].x - g.mean.x, y = cell.points[i].y - g.mean.y, z = cell.points[i].z - g.mean.z;
+    Scatter& s = g.scatter;
+    s.xx += x * x, s.xy += x * y, s.yy += y * y, s.xz += x * z, s.yz += y * z, s.zz += z * z;
+  }
 }
 
-// Splits the cell at the widest gap of height over the slope that leaves least_group on either side.
-void split_at_gap(Cell& cell, const Slope& slope) {
+// Cuts the cell at the widest gap of height above the slope that leaves least_group on either side.
+void cut_at_gap(Cell& cell, const Slope& slope) {
   const std::size_t n = cell.points.size();
   cell.residual.resize(n);
   for (std::size_t i = 0; i < n; ++i)
@@ -69,32 +81,24 @@ void split_at_gap(Cell& cell, const Slope& slope) {
   std::sort(cell.sorted.begin(), cell.sorted.end());
   const auto least = static_cast<std::size_t>(std::ceil(least_group * static_cast<double>(n)));
   std::size_t cut = least;
+  const auto gap = [&](std::size_t k) { return cell.sorted[k] - cell.sorted[k - 1]; };
   for (std::size_t k = least; k + least <= n; ++k)
-    if (cell.sorted[k] - cell.sorted[k - 1] > cell.sorted[cut] - cell.sorted[cut - 1]) cut = k;
-  cell.upper = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    cell.in_upper[i] = cell.residual[i] >= cell.sorted[cut];
-    cell.upper += static_cast<std::size_t>(cell.in_upper[i]);
-  }
+    if (gap(k) > gap(cut)) cut = k;
+  for (std::size_t i = 0; i < n; ++i) cell.group_of[i] = cell.residual[i] >= cell.sorted[cut];
 }
 
-// Are the groups so far apart that they are two layers and not one with noise?
-bool far_apart(const Cell& cell, const Slope& slope, double spacing) {
-  const std::size_t n = cell.points.size();
-  std::array<double, 2> mean{};
-  for (std::size_t i = 0; i < n; ++i) {
-    const double r = cell.points[i].z - slope.x * cell.points[i].x - slope.y * cell.points[i].y;
-    mean[static_cast<std::size_t>(cell.in_upper[i])] += r;
-  }
-  mean[0] /= static_cast<double>(n - cell.upper), mean[1] /= static_cast<double>(cell.upper);
+// Are the groups two layers, and not one with noise? Their planes, each of its own, are compared at the cell's mean.
+bool far_apart(const std::array<Group, 2>& groups, double spacing) {
+  std::array<double, 2> height{};
   double squares = 0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double r = cell.points[i].z - slope.x * cell.points[i].x - slope.y * cell.points[i].y -
-                     mean[static_cast<std::size_t>(cell.in_upper[i])];
-    squares += r * r;
+  for (std::size_t g = 0; g < 2; ++g) {
+    const Group& group = groups[g];
+    const Slope slope = group.scatter.slope();
+    height[g] = group.mean.z - slope.x * group.mean.x - slope.y * group.mean.y;
+    squares += group.scatter.squares_about(slope);
   }
-  const double spread = std::sqrt(squares / static_cast<double>(n - 4));
-  const double apart = mean[1] - mean[0];
+  const double spread = std::sqrt(squares / (groups[0].n + groups[1].n - 6));
+  const double apart = std::fabs(height[1] - height[0]);
   return apart > least_separation * spread && apart > least_height * spacing;
 }
 
@@ -105,34 +109,36 @@ bool mixed(const Cell& cell) {
   const std::size_t n = cell.points.size();
   double across = 0;
   for (std::size_t i = 0; i < n; ++i) {
-    double nearest[2] = {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
+    std::array<double, 2> nearest{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
     for (std::size_t j = 0; j < n; ++j) {
       if (j == i) continue;
       const double dx = cell.points[j].x - cell.points[i].x, dy = cell.points[j].y - cell.points[i].y;
-      double& best = nearest[cell.in_upper[j] == cell.in_upper[i] ? 0 : 1];
+      double& best = nearest[cell.group_of[j] == cell.group_of[i] ? 0 : 1];
       best = std::min(best, dx * dx + dy * dy);
     }
     across += nearest[1] < nearest[0] ? 1 : nearest[1] == nearest[0] ? 0.5 : 0;
   }
-  const auto k = static_cast<double>(cell.upper), m = static_cast<double>(n);
-  return across / m >= least_mixing * 2 * k * (m - k) / (m * (m - 1));
+  const double k = cell.groups[0].n, m = cell.groups[1].n;
+  return across >= least_mixing * 2 * k * m / (k + m - 1);
 }
 
-bool layered(Cell& cell, double spacing) {
-  cell.in_upper.assign(cell.points.size(), 0);
-  cell.upper = 0;
-  Slope slope = common_slope(cell);
-  for (int round = 0; round < 3;
-       ++round) {  // layers mixed unevenly tilt the first plane; the next ones know the layers
-    split_at_gap(cell, slope);
-    slope = common_slope(cell);
-  }
-  if (cell.upper == 0 || cell.upper == cell.points.size()) return false;
-  return far_apart(cell, slope, spacing) && mixed(cell);
+// `all` is sorted, so the answer is a function of the set.
+bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
+  const std::size_t n = std::min(all.size(), most_points);
+  cell.points.resize(n);
+  for (std::size_t i = 0; i < n; ++i) cell.points[i] = all[i * all.size() / n];
+  cell.group_of.assign(n, 0);
+  sum_groups(cell);
+  const Point3 mean = cell.groups[0].mean;
+  for (Point3& p : cell.points) p = {p.x - mean.x, p.y - mean.y, p.z - mean.z};
+  cut_at_gap(cell, cell.groups[0].scatter.slope());
+  sum_groups(cell);
+  if (cell.groups[0].n == 0) return false;  // no gap at all: all residuals are equal
+  return far_apart(cell.groups, width / std::sqrt(static_cast<double>(n))) && mixed(cell);
 }
 
-// The level of the quadtree whose occupied squares hold about points_per_cell: squares of level l are runs of keys that
-// share 2 l bits, so their number is one more than the neighbours in the order that part by then.
+// The deepest level of the quadtree whose occupied squares hold least_mean points or more on average. Squares of level
+// l are runs of keys that share 2 l bits: their number is one more than the neighbours in the order that part by then.
 int cell_level(const Array<std::uint64_t>& keys) {
   using Parted = std::array<std::size_t, 33>;
   const Parted parted = reduce_blocks<Parted>(
@@ -147,15 +153,16 @@ int cell_level(const Array<std::uint64_t>& keys) {
         for (std::size_t i = 0; i < total.size(); ++i) total[i] += part[i];
       });
   std::size_t cells = 1;
-  int level = 0;
-  while (level < 32) {
+  for (int level = 0; level < 32; ++level) {
     cells += parted[static_cast<std::size_t>(level + 1)];
-    // levels are a factor 4 apart: the next one is nearer to the wanted number while it holds half of it or more
-    if (static_cast<double>(keys.size()) < points_per_cell / 2 * static_cast<double>(cells)) break;
-    ++level;
+    if (static_cast<double>(keys.size()) < least_mean * static_cast<double>(cells)) return level;
   }
-  return level;
+  return 32;
 }
+
+struct Tally {
+  std::size_t judged = 0, layered = 0;
+};
 
 }  // namespace
 
@@ -163,48 +170,37 @@ double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, c
                      const Context& context) {
   context.check();
   const Filter filter(cloud, pose, options);
-  Array<Point2> xy;
-  Array<Index> ids;
-  for (std::size_t i = 0; i < filter.size(); ++i) {
-    const Point3 p = filter.posed(i);
-    if (filter.fate(i, p) != Filter::Fate::kept) continue;
-    const Point3 q = frame.to_field(p);
-    xy.push_back({q.x, q.y});
-    ids.push_back(static_cast<Index>(i));
-  }
+  const Cleaning cleaning = count_dropped(filter);
+  require_points(cloud, cleaning);
+  Kept kept = keep_points(filter, frame, cleaning);
   Array<std::uint64_t> keys;
-  const Array<Index> order = curve_order(xy, frame.curve, &keys);
+  const Array<Index> order = curve_order(kept.xy, frame.curve, &keys);
+  Array<Point2>().swap(kept.xy);
   context.check();
+
   const int level = cell_level(keys);
+  const double width = std::ldexp(1 / frame.curve.scale, 32 - level);
   const auto same_cell = [&](std::size_t i, std::size_t j) {
     return level == 0 || (keys[i] ^ keys[j]) >> (64 - 2 * level) == 0;
   };
-  const double width = std::ldexp(1.0 / frame.curve.scale, 32 - level);
-  struct Tally {
-    std::size_t judged = 0, layered = 0;
-  };
+  // A cell is judged by the block in which it begins.
   const Tally tally = reduce_blocks<Tally>(
       keys.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
         Tally part;
         Cell cell;
-        std::vector<Point3> all;
+        std::vector<Point3> points;
         for (std::size_t k = begin; k < end; ++k) {
           if (k > 0 && same_cell(k - 1, k)) continue;
-          all.clear();
-          for (std::size_t i = k; i < keys.size() && same_cell(k, i); ++i) {
-            const Point3 q = frame.to_field(filter.posed(ids[order[i]]));
-            all.push_back({q.x, q.y, q.z});
-          }
-          if (all.size() < least_points) continue;
-          std::sort(all.begin(), all.end(), [](const Point3& a, const Point3& b) {
+          points.clear();
+          for (std::size_t i = k; i < keys.size() && same_cell(k, i); ++i)
+            points.push_back(frame.to_field(filter.posed(kept.point(order[i]))));
+          if (points.size() < least_points) continue;
+          std::sort(points.begin(), points.end(), [](const Point3& a, const Point3& b) {
             return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
           });
-          const std::size_t n = std::min(all.size(), most_points);
-          cell.points.resize(n);
-          for (std::size_t i = 0; i < n; ++i) cell.points[i] = all[i * all.size() / n];
           ++part.judged;
-          part.layered += layered(cell, width / std::sqrt(static_cast<double>(n)));
+          part.layered += layered(points, width, cell);
         }
         return part;
       },

@@ -13,48 +13,6 @@
 namespace isopach {
 namespace {
 
-// The kept points in the plane, and which points they are. ids is empty if all points are kept.
-struct Kept {
-  Array<Point2> xy;
-  Array<Index> ids;
-  [[nodiscard]] Index point(std::size_t i) const { return ids.empty() ? static_cast<Index>(i) : ids[i]; }
-};
-
-// From the count of each block to the place where the block begins; returns the total.
-std::size_t counts_to_places(std::vector<std::size_t>& counts) {
-  std::size_t total = 0;
-  for (std::size_t& count : counts) total += std::exchange(count, total);
-  return total;
-}
-
-std::size_t block_count(std::size_t n) { return (n + default_block - 1) / default_block; }
-
-Kept keep_points(const Filter& filter, const Frame& frame, const Cleaning& cleaning) {
-  const std::size_t n = filter.size(), kept = count_kept(cleaning);
-  const auto is_kept = [&](std::size_t i) { return filter.fate(i, filter.posed(i)) == Filter::Fate::kept; };
-  std::vector<std::size_t> place(block_count(n));
-  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
-    std::size_t count = 0;
-    for (std::size_t i = begin; i < end; ++i) count += is_kept(i);
-    place[begin / default_block] = count;
-  });
-  counts_to_places(place);
-  Kept result;
-  result.xy.resize(kept);
-  if (kept < n) result.ids.resize(kept);
-  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
-    std::size_t k = place[begin / default_block];
-    for (std::size_t i = begin; i < end; ++i) {
-      if (!is_kept(i)) continue;
-      const Point3 q = frame.to_field(filter.posed(i));
-      result.xy[k] = {q.x, q.y};
-      if (kept < n) result.ids[k] = static_cast<Index>(i);
-      ++k;
-    }
-  });
-  return result;
-}
-
 // One height for a node, from the heights of its points in ascending order: independent of the order of the input.
 double merged_height(const std::vector<double>& sorted, double of_first, DuplicatePolicy policy) {
   const std::size_t n = sorted.size();
@@ -94,13 +52,6 @@ Array<Point2> gather(const Array<Point2>& xy, const Array<Index>& order) {
   Array<Point2> result(order.size());
   for_each_index(order.size(), [&](std::size_t k) { result[k] = xy[order[k]]; });
   return result;
-}
-
-void check_size(const Cloud& cloud, std::size_t count, std::size_t most, const char* what) {
-  if (count > most)
-    throw InputError(
-        fmt::format("{}: {} {}, this build holds {}; crop or tile the comparison, or build with 64-bit indices",
-                    cloud_name(cloud), count, what, most));
 }
 
 // Points sorted along the curve become nodes: a run of equal (x, y) is one node, made by the block in which it begins.
@@ -171,7 +122,6 @@ struct Merger {
 HeightField project(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
                     const Context& context) {
   context.check();
-  check_size(cloud, cloud.points.size(), static_cast<std::size_t>(no_index) - 1, "points");
   const Filter filter(cloud, pose, options);
   HeightField field;
   field.cleaning = count_dropped(filter);

@@ -2,11 +2,13 @@
 
 #include <cpl_conv.h>
 #include <cpl_error.h>
+#include <cpl_string.h>
 #include <cpl_vsi.h>
 #include <fmt/format.h>
 #include <gdal_frmts.h>
 #include <gdal_priv.h>
 #include <ogr_spatialref.h>
+#include <proj.h>
 
 #include <cmath>
 #include <cstdint>
@@ -75,7 +77,8 @@ class TinyTiff {
     put("II*\0", 4);
     put32(8);
     put16(static_cast<std::uint16_t>(tags));
-    for (const auto& [tag, value] : {std::pair{256, 1}, {257, 1}, {258, 8}, {259, 1}, {262, 1}, {273, 4}, {278, 1}, {279, 1}})
+    for (const auto& [tag, value] :
+         {std::pair{256, 1}, {257, 1}, {258, 8}, {259, 1}, {262, 1}, {273, 4}, {278, 1}, {279, 1}})
       entry(tag, 4, 1, static_cast<std::uint32_t>(value));
     block(34735, 3, 2, directory);
     if (!doubles.empty()) block(34736, 12, 8, doubles);
@@ -137,14 +140,26 @@ Crs crs_from_wkt(const std::string& wkt) {
   return describe_crs(reference);
 }
 
+Crs crs_from_esri(const std::string& wkt) {
+  const GdalMessages messages;
+  OGRSpatialReference reference;
+  CPLStringList lines;
+  lines.AddString(wkt.c_str());
+  if (reference.importFromESRI(lines.List()) != OGRERR_NONE) return {};
+  return describe_crs(reference);
+}
+
 Crs crs_from_geokeys(std::span<const char> directory, std::span<const char> doubles, std::span<const char> ascii) {
   const GdalMessages messages;
   const ReportVerticalCrs vertical;
+  // GDAL's reader of the keys asks PROJ through a context of its own, which would print of keys it does not know.
+  proj_log_level(nullptr, PJ_LOG_NONE);
   GDALRegister_GTiff();
   TinyTiff tiff(directory, doubles, ascii);
   // The address of the bytes makes the name unique among threads.
   const std::string name = fmt::format("/vsimem/isopach-geokeys-{}.tif", fmt::ptr(tiff.bytes().data()));
-  VSIFCloseL(VSIFileFromMemBuffer(name.c_str(), reinterpret_cast<GByte*>(tiff.bytes().data()), tiff.bytes().size(), FALSE));
+  VSIFCloseL(
+      VSIFileFromMemBuffer(name.c_str(), reinterpret_cast<GByte*>(tiff.bytes().data()), tiff.bytes().size(), FALSE));
   Crs crs;
   const char* const drivers[] = {"GTiff", nullptr};
   if (GDALDataset* data = GDALDataset::Open(name.c_str(), GDAL_OF_RASTER, drivers)) {

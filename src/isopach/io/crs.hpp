@@ -10,8 +10,9 @@ class OGRSpatialReference;
 
 namespace isopach {
 
-/// "EPSG:n", "EPSG:n+m" (horizontal and vertical) or WKT, with the units of the axes; "unknown" where the CRS is silent:
-/// a projected CRS says nothing of heights, so its vertical unit is unknown, never assumed to be the horizontal one.
+/// "EPSG:n", "EPSG:n+m" (horizontal and vertical) or WKT, with the units of the axes; "unknown" where the CRS is
+/// silent: a projected CRS says nothing of heights, so its vertical unit is unknown, never assumed to be the horizontal
+/// one.
 struct Crs {
   std::string name;
   std::string unit = "unknown";
@@ -22,6 +23,9 @@ struct Crs {
 
 /// From well-known text. An empty name means that the text was not understood.
 [[nodiscard]] Crs crs_from_wkt(const std::string& wkt);
+
+/// From ESRI's well-known text, as in a .prj file.
+[[nodiscard]] Crs crs_from_esri(const std::string& wkt);
 
 /// From the three GeoTIFF records of a LAS file (34735, 34736, 34737), as raw little-endian bytes.
 [[nodiscard]] Crs crs_from_geokeys(std::span<const char> directory, std::span<const char> doubles,

@@ -14,6 +14,7 @@
 #include "isopach/io/las_format.hpp"
 #include "isopach/io/laz.hpp"
 #include "isopach/io/mapped_file.hpp"
+#include "isopach/io/scan.hpp"
 
 namespace isopach {
 namespace {
@@ -48,19 +49,14 @@ class RecordSource {
 };
 
 bool ends_with_laz(const std::string& path) {
-  if (path.size() < 4) return false;
-  std::string end = path.substr(path.size() - 4);
-  for (char& c : end) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return end == ".laz";
+  return path.size() >= 4 && lower_case(path.substr(path.size() - 4)) == ".laz";
 }
 
-std::vector<LasColumn> wanted_columns(const LasFile& file, const ReadOptions& options, std::vector<std::string>& notes) {
+std::vector<LasColumn> wanted_columns(const LasFile& file, const ReadOptions& options,
+                                      std::vector<std::string>& notes) {
   std::vector<LasColumn> columns = las_standard_columns(file.format);
   for (LasColumn& extra : las_extra_columns(file, columns, notes)) columns.push_back(std::move(extra));
-  const auto unwanted = [&](const LasColumn& column) {
-    return !options.all_attributes &&
-           std::find(options.attributes.begin(), options.attributes.end(), column.name) == options.attributes.end();
-  };
+  const auto unwanted = [&](const LasColumn& column) { return !wanted(options, column.name); };
   columns.erase(std::remove_if(columns.begin(), columns.end(), unwanted), columns.end());
   return columns;
 }
@@ -95,8 +91,7 @@ void read_points(const LasFile& file, RecordSource& source, const std::vector<La
     for_each_index(count, [&](std::size_t i) {
       const char* const record = records + i * file.record_length;
       cloud.points[first + i] = {xyz[0].load(record), xyz[1].load(record), xyz[2].load(record)};
-      for (std::size_t k = 0; k < columns.size(); ++k)
-        cloud.attributes[k].values[first + i] = columns[k].load(record);
+      for (std::size_t k = 0; k < columns.size(); ++k) cloud.attributes[k].values[first + i] = columns[k].load(record);
     });
     withheld += count_withheld(file, records, count);
   }
@@ -131,8 +126,8 @@ std::string double_descriptor(const std::string& name, const std::string& path) 
 
 // What goes into a new file before and after its points.
 struct Frame {
-  std::string head;       // header and variable length records
-  std::string tail;       // extended variable length records
+  std::string head;  // header and variable length records
+  std::string tail;  // extended variable length records
   std::uint32_t tail_records = 0;
   std::size_t waveforms_in_tail = std::string::npos;
   std::size_t count = 0, record_length = 0;
@@ -141,7 +136,8 @@ struct Frame {
 using Fill = std::function<void(std::size_t begin, std::size_t count, char* records)>;
 
 [[noreturn]] void fail_to_write(const std::string& path) {
-  throw InputError(fmt::format("{}: cannot be written: check the folder and the space left on the disk", path));
+  throw Error(ExitCode::internal,
+              fmt::format("{}: cannot be written: check the folder and the space left on the disk", path));
 }
 
 void write_plain(const std::string& path, const Frame& frame, const Fill& fill, const Context& context) {
@@ -183,7 +179,7 @@ void write_frame(const std::string& path, const Frame& frame, const Fill& fill, 
         ~Remover() { std::remove(name.c_str()); }
       } remover{plain};
       write_plain(plain, frame, fill, context);
-      compress_las(plain, temporary, context);
+      compress_las(plain, temporary, frame.count, context);
     } else {
       write_plain(temporary, frame, fill, context);
     }
@@ -244,10 +240,12 @@ Layout lay_out(const Cloud& cloud) {
   if (cloud.find_attribute("red") && cloud.find_attribute("green") && cloud.find_attribute("blue")) layout.format = 7;
   const std::vector<LasColumn> columns = las_standard_columns(layout.format);
   for (const Attribute& attribute : cloud.attributes) {
-    const auto column = std::find_if(columns.begin(), columns.end(),
-                                     [&](const LasColumn& c) { return c.name == attribute.name; });
-    if (column != columns.end() && holds_all(*column, attribute)) layout.own.emplace_back(*column, &attribute);
-    else layout.extra.push_back(&attribute);
+    const auto column =
+        std::find_if(columns.begin(), columns.end(), [&](const LasColumn& c) { return c.name == attribute.name; });
+    if (column != columns.end() && holds_all(*column, attribute))
+      layout.own.emplace_back(*column, &attribute);
+    else
+      layout.extra.push_back(&attribute);
   }
   return layout;
 }
@@ -256,7 +254,8 @@ void fill_return_counts(const Layout& layout, std::size_t count, char* header) {
   std::array<std::uint64_t, 16> returns{};
   const auto found = std::find_if(layout.own.begin(), layout.own.end(),
                                   [](const auto& entry) { return entry.first.name == "return_number"; });
-  if (found == layout.own.end()) returns[1] = count;
+  if (found == layout.own.end())
+    returns[1] = count;
   else
     for (const double value : found->second->values) ++returns[static_cast<std::size_t>(value)];
   for (std::size_t i = 1; i <= 15; ++i) put_le(header + 255 + 8 * (i - 1), returns[i]);
@@ -286,11 +285,12 @@ std::string new_header(const Layout& layout, const std::array<Axis, 3>& axes, co
 
 void check_length(std::size_t record_length, const std::string& path) {
   if (record_length > 65535)
-    throw UsageError(fmt::format("{}: point records of {} bytes are too long for LAS: keep fewer attributes", path, record_length));
+    throw UsageError(
+        fmt::format("{}: point records of {} bytes are too long for LAS: keep fewer attributes", path, record_length));
 }
 
-// The records of the source that a copy keeps: not LASzip's own, not the index of COPC (it holds offsets into the source),
-// not the descriptors of extra bytes (they are written anew).
+// The records of the source that a copy keeps: not LASzip's own, not the index of COPC (it holds offsets into the
+// source), not the descriptors of extra bytes (they are written anew).
 bool is_kept(const LasRecord& record) {
   return record.user != "laszip encoded" && record.user != "copc" && !(record.user == "LASF_Spec" && record.id == 4);
 }
@@ -314,7 +314,8 @@ std::string undescribed(const LasFile& file) {
 std::string unused_name(const std::string& name, const std::string& descriptors) {
   const auto taken = [&](const std::string& candidate) {
     for (std::size_t i = 0; i < descriptors.size(); i += las_descriptor_length)
-      if (std::string(descriptors.data() + i + 4, strnlen(descriptors.data() + i + 4, name_length)) == candidate) return true;
+      if (std::string(descriptors.data() + i + 4, strnlen(descriptors.data() + i + 4, name_length)) == candidate)
+        return true;
     return false;
   };
   std::string candidate = name;
@@ -348,7 +349,8 @@ Frame copied_frame(const LasFile& file, std::span<const Attribute> fields, const
   put_le(h + 105, static_cast<std::uint16_t>(frame.record_length));
   if (file.minor >= 3 && file.header_size >= 235) put_le<std::uint64_t>(h + 227, 0);
   if (file.minor >= 4) put_le<std::uint64_t>(h + 235, 0), put_le<std::uint32_t>(h + 243, 0);
-  if (file.minor > 4 && ends_with_laz(target)) h[25] = 4;  // the newest LASzip writes; what 1.5 appends stays in the header
+  if (file.minor > 4 && ends_with_laz(target))
+    h[25] = 4;  // the newest LASzip writes; what 1.5 appends stays in the header
   return frame;
 }
 

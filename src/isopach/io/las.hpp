@@ -17,15 +17,16 @@ namespace isopach {
 /// user_data, point_source_id, gps_time, red, green, blue, near_infrared, and the flags as 0 or 1) and the extra bytes.
 /// Points flagged as withheld are kept, since ids count points of the file; a note says how many there are.
 /// Units come from the CRS; where it is absent or silent they stay "unknown".
-/// Throws InputError: damaged or cut short, unknown version or format, no points. Oracle: LasTest.CompressedEqualsPlain.
+/// Throws InputError: damaged or cut short, unknown version or format, no points. Oracle:
+/// LasTest.CompressedEqualsPlain.
 [[nodiscard]] Cloud read_las(const std::string& path, const ReadOptions& options, const Context& context);
 
-/// Writes LAS 1.4, compressed if the name ends with .laz: point format 6, or 7 if there are colours. They are the formats
-/// whose classification has 8 bits and whose CRS is well-known text, and that hold more than 2^32 points. An attribute of
-/// the point format goes to its own place if that can hold all its values exactly, any other to extra bytes as doubles.
-/// Step of each coordinate: 1e-4 units, or the first finer power of ten down to 1e-9 that loses nothing, or else the
-/// finest that 32 bits allow: the error is at most 0.5e-4. Faces are not written.
-/// Throws InputError: not finite, or wider than 429 496 units (2^32 steps of 1e-4).
+/// Writes LAS 1.4, compressed if the name ends with .laz: point format 6, or 7 if there are colours. They are the
+/// formats whose classification has 8 bits and whose CRS is well-known text, and that hold more than 2^32 points. An
+/// attribute of the point format goes to its own place if that can hold all its values exactly, any other to extra
+/// bytes as doubles. Step of each coordinate: 1e-4 units, or the first finer power of ten down to 1e-9 that loses
+/// nothing, or else the finest that 32 bits allow: the error is at most 0.5e-4. Faces are not written. Throws
+/// InputError: not finite, or wider than 429 496 units (2^32 steps of 1e-4).
 void write_las(const std::string& path, const Cloud& cloud, const Context& context);
 
 }  // namespace isopach

@@ -4,11 +4,11 @@
 
 #include <algorithm>
 #include <bit>
-#include <cctype>
 #include <cmath>
 #include <limits>
 
 #include "isopach/base/error.hpp"
+#include "isopach/io/scan.hpp"
 
 namespace isopach {
 namespace {
@@ -30,16 +30,26 @@ template <class F>
 auto with_raw(const LasColumn& column, const char* record, F&& f) {
   const char* const at = record + column.offset;
   switch (column.type) {
-    case LasType::u8: return f(get_le<std::uint8_t>(at));
-    case LasType::i8: return f(get_le<std::int8_t>(at));
-    case LasType::u16: return f(get_le<std::uint16_t>(at));
-    case LasType::i16: return f(get_le<std::int16_t>(at));
-    case LasType::u32: return f(get_le<std::uint32_t>(at));
-    case LasType::i32: return f(get_le<std::int32_t>(at));
-    case LasType::u64: return f(get_le<std::uint64_t>(at));
-    case LasType::i64: return f(get_le<std::int64_t>(at));
-    case LasType::f32: return f(get_le<float>(at));
-    default: return f(get_le<double>(at));
+    case LasType::u8:
+      return f(get_le<std::uint8_t>(at));
+    case LasType::i8:
+      return f(get_le<std::int8_t>(at));
+    case LasType::u16:
+      return f(get_le<std::uint16_t>(at));
+    case LasType::i16:
+      return f(get_le<std::int16_t>(at));
+    case LasType::u32:
+      return f(get_le<std::uint32_t>(at));
+    case LasType::i32:
+      return f(get_le<std::int32_t>(at));
+    case LasType::u64:
+      return f(get_le<std::uint64_t>(at));
+    case LasType::i64:
+      return f(get_le<std::int64_t>(at));
+    case LasType::f32:
+      return f(get_le<float>(at));
+    default:
+      return f(get_le<double>(at));
   }
 }
 
@@ -66,7 +76,8 @@ std::vector<LasRecord> parse_extended(LasFile& file) {
   if (file.header_size < header_1_3) return records;
   const char* const header = file.bytes.data();
   std::uint64_t at = get_le<std::uint64_t>(header + 227), promised = at == 0 ? 0 : 1;  // 1.3: the waveforms alone
-  if (file.header_size >= header_1_4) at = get_le<std::uint64_t>(header + 235), promised = get_le<std::uint32_t>(header + 243);
+  if (file.header_size >= header_1_4)
+    at = get_le<std::uint64_t>(header + 235), promised = get_le<std::uint32_t>(header + 243);
   for (std::uint64_t i = 0; i < promised; ++i) {
     const bool fits = at >= file.points_at && at <= file.bytes.size() && file.bytes.size() - at >= extended_header;
     const std::uint64_t length = fits ? get_le<std::uint64_t>(header + at + 20) : 0;
@@ -112,15 +123,6 @@ std::size_t point_count(const LasFile& file) {
   return count != 0 ? count : legacy;
 }
 
-std::string snake_case(const std::string& name) {
-  std::string out;
-  for (const char c : name)
-    out += std::isalnum(static_cast<unsigned char>(c)) != 0
-               ? static_cast<char>(std::tolower(static_cast<unsigned char>(c)))
-               : '_';
-  return out.empty() ? "extra" : out;
-}
-
 std::string unlike(const std::string& name, const std::vector<LasColumn>& a, const std::vector<LasColumn>& b) {
   const auto taken = [&](const std::string& candidate) {
     const auto same = [&](const LasColumn& column) { return column.name == candidate; };
@@ -131,15 +133,20 @@ std::string unlike(const std::string& name, const std::vector<LasColumn>& a, con
   return candidate;
 }
 
-// One descriptor of an extra-bytes record (LAS 1.4, table 24), kinds 1 to 10, or 11 to 30: deprecated pairs and triples.
+// One descriptor of an extra-bytes record (LAS 1.4, table 24), kinds 1 to 10, or 11 to 30: deprecated pairs and
+// triples.
 LasColumn describe(const char* descriptor, LasType type, std::size_t k, std::size_t offset) {
   const auto options = static_cast<unsigned char>(descriptor[3]);
-  LasColumn column{snake_case(fixed_text(descriptor + 4, 32)), offset, type};
+  LasColumn column{attribute_name(fixed_text(descriptor + 4, 32)), offset, type};
+  if (column.name.empty()) column.name = "extra";
   if ((options & 1U) != 0) {  // stored in the widest type of its kind
     const char* const none = descriptor + 40 + 8 * k;
-    if (type >= LasType::f32) column.nodata = get_le<double>(none);
-    else if (static_cast<int>(type) % 2 == 1) column.nodata = static_cast<double>(get_le<std::int64_t>(none));
-    else column.nodata = static_cast<double>(get_le<std::uint64_t>(none));
+    if (type >= LasType::f32)
+      column.nodata = get_le<double>(none);
+    else if (static_cast<int>(type) % 2 == 1)
+      column.nodata = static_cast<double>(get_le<std::int64_t>(none));
+    else
+      column.nodata = static_cast<double>(get_le<std::uint64_t>(none));
   }
   if ((options & 8U) != 0) column.scale = get_le<double>(descriptor + 112 + 8 * k);
   if ((options & 16U) != 0) column.add = get_le<double>(descriptor + 136 + 8 * k);
@@ -261,7 +268,8 @@ std::vector<LasColumn> las_standard_columns(int format) {
 
 std::size_t las_described_length(const char* descriptor) {
   const std::size_t kind = static_cast<unsigned char>(descriptor[2]);
-  if (kind == 0 || kind > 30) return static_cast<unsigned char>(descriptor[3]);  // not typed: its options are its length
+  if (kind == 0 || kind > 30)
+    return static_cast<unsigned char>(descriptor[3]);  // not typed: its options are its length
   return type_width[(kind - 1) % 10] * ((kind - 1) / 10 + 1);
 }
 

@@ -57,8 +57,8 @@ inline constexpr int las_formats = 11;
 inline constexpr std::array<std::size_t, las_formats> las_record_length = {20, 28, 26, 34, 57, 63, 30, 36, 38, 59, 67};
 inline constexpr std::size_t las_descriptor_length = 192;
 
-/// Reads and checks the header and the records. Throws InputError: not LAS, version or format unknown, offsets or counts
-/// that do not fit into the file. Takes memory only for records that are there.
+/// Reads and checks the header and the records. Throws InputError: not LAS, version or format unknown, offsets or
+/// counts that do not fit into the file. Takes memory only for records that are there.
 [[nodiscard]] LasFile parse_las(std::span<const char> bytes, const std::string& path);
 
 /// x, y and z.

@@ -59,32 +59,52 @@ class Handle {
 std::size_t item_length(int type, std::size_t stated) {
   switch (type) {
     case 0:
-    case 14: return stated;
-    case 6: return 20;
-    case 7: return 8;
-    case 8: return 6;
+    case 14:
+      return stated;
+    case 6:
+      return 20;
+    case 7:
+      return 8;
+    case 8:
+      return 6;
     case 9:
-    case 13: return waveform_length;
-    case 10: return 30;
-    case 11: return 6;
-    case 12: return 8;
-    default: return 0;
+    case 13:
+      return waveform_length;
+    case 10:
+      return 30;
+    case 11:
+      return 6;
+    case 12:
+      return 8;
+    default:
+      return 0;
   }
 }
 
 std::vector<int> items_of(int format) {
   switch (format) {
-    case 0: return {6};
-    case 1: return {6, 7};
-    case 2: return {6, 8};
-    case 3: return {6, 7, 8};
-    case 4: return {6, 7, 9};
-    case 5: return {6, 7, 8, 9};
-    case 6: return {10};
-    case 7: return {10, 11};
-    case 8: return {10, 12};
-    case 9: return {10, 13};
-    default: return {10, 12, 13};
+    case 0:
+      return {6};
+    case 1:
+      return {6, 7};
+    case 2:
+      return {6, 8};
+    case 3:
+      return {6, 7, 8};
+    case 4:
+      return {6, 7, 9};
+    case 5:
+      return {6, 7, 8, 9};
+    case 6:
+      return {10};
+    case 7:
+      return {10, 11};
+    case 8:
+      return {10, 12};
+    case 9:
+      return {10, 13};
+    default:
+      return {10, 12, 13};
   }
 }
 
@@ -100,7 +120,8 @@ const LasRecord* laszip_record(const LasFile& file) {
 
 void check_items(const LasFile& file, const std::string& path) {
   const LasRecord* const record = laszip_record(file);
-  if (record == nullptr || record->data.size() < 34) fail(path, "the points are compressed, but LASzip's record is missing");
+  if (record == nullptr || record->data.size() < 34)
+    fail(path, "the points are compressed, but LASzip's record is missing");
   const char* const data = record->data.data();
   const std::size_t items = get_le<std::uint16_t>(data + 32);
   if (record->data.size() < 34 + 6 * items) fail(path, "LASzip's record is cut short");
@@ -127,7 +148,8 @@ void check_chunks(const LasFile& file, const std::string& path) {
   if (table == -1) table = get_le<std::int64_t>(file.bytes.data() + size - 8);  // written to a stream
   const auto at = static_cast<std::uint64_t>(table);
   if (table < 0 || at < file.points_at || at > size || size - at < 8)
-    fail(path, fmt::format("the table of compressed chunks is at byte {} of a file of {}: it is cut short", table, size));
+    fail(path,
+         fmt::format("the table of compressed chunks is at byte {} of a file of {}: it is cut short", table, size));
   const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + at + 4);
   if (chunks > (at - file.points_at) / file.record_length)
     fail(path, fmt::format("the table of compressed chunks promises {} of them, more than the file can hold", chunks));
@@ -136,7 +158,8 @@ void check_chunks(const LasFile& file, const std::string& path) {
 void pack_legacy(const laszip_point& p, char* record) {
   record[14] = static_cast<char>(p.return_number | p.number_of_returns << 3 | p.scan_direction_flag << 6 |
                                  p.edge_of_flight_line << 7);
-  record[15] = static_cast<char>(p.classification | p.synthetic_flag << 5 | p.keypoint_flag << 6 | p.withheld_flag << 7);
+  record[15] =
+      static_cast<char>(p.classification | p.synthetic_flag << 5 | p.keypoint_flag << 6 | p.withheld_flag << 7);
   put_le(record + 16, p.scan_angle_rank);
   put_le(record + 17, p.user_data);
   put_le(record + 18, p.point_source_ID);
@@ -160,9 +183,12 @@ void pack(const laszip_point& p, int format, std::size_t length, char* record) {
   std::size_t at = modern ? 30 : 20;
   modern ? pack_modern(p, record) : pack_legacy(p, record);
   if (format == 1 || (format >= 3 && format <= 5)) put_le(record + at, p.gps_time), at += 8;
-  const std::size_t colours = format == 2 || format == 3 || format == 5 || format == 7 ? 3 : format == 8 || format == 10 ? 4 : 0;
+  const std::size_t colours = format == 2 || format == 3 || format == 5 || format == 7 ? 3
+                              : format == 8 || format == 10                            ? 4
+                                                                                       : 0;
   std::memcpy(record + at, p.rgb, 2 * colours), at += 2 * colours;
-  if (format == 4 || format == 5 || format >= 9) std::memcpy(record + at, p.wave_packet, waveform_length), at += waveform_length;
+  if (format == 4 || format == 5 || format >= 9)
+    std::memcpy(record + at, p.wave_packet, waveform_length), at += waveform_length;
   const std::size_t extra = std::min(length - at, static_cast<std::size_t>(std::max(p.num_extra_bytes, 0)));
   if (extra > 0) std::memcpy(record + at, p.extra_bytes, extra);
   std::memset(record + at + extra, 0, length - at - extra);
@@ -199,7 +225,7 @@ void LazReader::next(char* record) {
   pack(*state_->point, state_->format, state_->length, record);
 }
 
-void compress_las(const std::string& las, const std::string& laz, const Context& context) {
+void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {
   Handle reader, writer;
   const auto check = [&](bool good, const Handle& handle) {
     if (!good) throw Error(ExitCode::internal, fmt::format("{}: LASzip cannot write it ({})", laz, handle.error()));
@@ -207,16 +233,14 @@ void compress_las(const std::string& las, const std::string& laz, const Context&
   check(reader.open_reader(las), reader);
   laszip_header* header = nullptr;
   laszip_point* point = nullptr;
-  laszip_I64 count = 0;
   check(laszip_get_header_pointer(reader.get(), &header) == 0, reader);
   check(laszip_get_point_pointer(reader.get(), &point) == 0, reader);
-  check(laszip_get_point_count(reader.get(), &count) == 0, reader);
   check(laszip_set_header(writer.get(), header) == 0, writer);
   check(laszip_preserve_generating_software(writer.get(), 1) == 0, writer);
   check(laszip_request_native_extension(writer.get(), 1) == 0, writer);
   check(writer.open_writer(laz), writer);
-  constexpr laszip_I64 block = 65536;
-  for (laszip_I64 i = 0; i < count; ++i) {
+  constexpr std::size_t block = 65536;
+  for (std::size_t i = 0; i < count; ++i) {
     if (i % block == 0) context.step("write", static_cast<double>(i) / static_cast<double>(count));
     check(laszip_read_point(reader.get()) == 0, reader);
     check(laszip_set_point(writer.get(), point) == 0, writer);

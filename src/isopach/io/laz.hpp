@@ -25,7 +25,8 @@ class LazReader {
   std::unique_ptr<State> state_;
 };
 
-/// Compresses the points of `las` (plain, without extended records) into `laz`. Throws Error if it cannot be written.
-void compress_las(const std::string& las, const std::string& laz, const Context& context);
+/// Compresses the `count` points of `las` (plain, without extended records) into `laz`. Throws Error if it cannot be
+/// written.
+void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context);
 
 }  // namespace isopach

@@ -14,6 +14,7 @@
 #include <limits>
 #include <memory>
 
+#include "isopach/io/ascii_grid.hpp"
 #include "isopach/io/crs.hpp"
 #include "isopach/io/write.hpp"
 
@@ -34,16 +35,6 @@ using Dataset = std::unique_ptr<GDALDataset, CloseDataset>;
   throw InputError(fmt::format("{}: {}: {}", path, cause, remedy));
 }
 
-bool starts_ascii_grid(std::string_view head) {
-  std::size_t at = 0;
-  while (at < head.size() && std::isspace(static_cast<unsigned char>(head[at])) != 0) ++at;
-  std::string word;
-  for (; at < head.size() && std::isalpha(static_cast<unsigned char>(head[at])) != 0; ++at)
-    word += static_cast<char>(std::tolower(static_cast<unsigned char>(head[at])));
-  const bool parted = at < head.size() && (head[at] == ' ' || head[at] == '\t');
-  return parted && (word == "ncols" || word == "nrows");
-}
-
 // Name of the one GDAL driver that reads a file starting so; nullptr if it is none of ours.
 const char* driver_of(std::string_view head) {
   const auto starts = [&](std::string_view magic) { return head.substr(0, magic.size()) == magic; };
@@ -53,7 +44,7 @@ const char* driver_of(std::string_view head) {
   if (starts("DSBB"sv)) return "GSBG";
   if (starts("DSRB"sv)) return "GS7BG";
   if (starts("DSAA"sv)) return "GSAG";
-  return starts_ascii_grid(head) ? "AAIGrid" : nullptr;
+  return nullptr;
 }
 
 std::string read_head(const std::string& path) {
@@ -63,20 +54,6 @@ std::string read_head(const std::string& path) {
   in.read(head.data(), static_cast<std::streamsize>(head.size()));
   head.resize(static_cast<std::size_t>(in.gcount()));
   return head;
-}
-
-// GDAL's reader of ASCII grids takes memory for the rows as soon as it has read how many there should be.
-void check_ascii_size(const std::string& path, const std::string& head, double size) {
-  double cells = 1;
-  for (const char* key : {"ncols", "nrows"}) {
-    std::string lower = head;
-    for (char& c : lower) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-    const std::size_t at = lower.find(key);
-    if (at == std::string::npos) fail(path, fmt::format("the header has no {}", key), "add it");
-    cells *= CPLAtof(lower.c_str() + at + 5);
-  }
-  if (!(cells > 0) || cells > size)
-    fail(path, fmt::format("the header promises {:.0f} cells, the file has {:.0f} bytes", cells, size));
 }
 
 void check_size(const std::string& path, GDALDataset& data, double size) {
@@ -112,12 +89,6 @@ RasterGrid grid_of(GDALDataset& data, Cloud& cloud) {
   return grid;
 }
 
-Point3 centre(const RasterGrid& grid, std::size_t column, std::size_t row, double z) {
-  const auto& g = grid.geotransform;
-  const double c = static_cast<double>(column) + 0.5, r = static_cast<double>(row) + 0.5;
-  return {g[0] + c * g[1] + r * g[2], g[3] + c * g[4] + r * g[5], z};
-}
-
 void read_cells(GDALRasterBand& band, const GdalMessages& messages, Cloud& cloud, const Context& context) {
   const RasterGrid& grid = *cloud.grid;
   int has_scale = 0, has_offset = 0;
@@ -137,14 +108,15 @@ void read_cells(GDALRasterBand& band, const GdalMessages& messages, Cloud& cloud
       return from.RasterIO(GF_Read, 0, at, width, height, to, width, height, type, 0, 0, nullptr) == CE_None;
     };
     if (!read(band, heights.data(), GDT_Float64) || (mask != nullptr && !read(*mask, valid.data(), GDT_Byte)))
-      fail(cloud.path, fmt::format("row {} of {} or after it cannot be read ({})", first, grid.rows, messages.failure()));
+      fail(cloud.path,
+           fmt::format("row {} of {} or after it cannot be read ({})", first, grid.rows, messages.failure()));
     for (std::size_t i = 0; i < rows * grid.columns; ++i) {
       if (!std::isfinite(heights[i]) || (mask != nullptr && valid[i] == 0)) {
         ++cloud.nodata;
         continue;
       }
       const double z = scaled ? heights[i] * scale + offset : heights[i];
-      cloud.points.push_back(centre(grid, i % grid.columns, first + i / grid.columns, z));
+      cloud.points.push_back(cell_centre(grid, i % grid.columns, first + i / grid.columns, z));
     }
   }
 }
@@ -159,10 +131,12 @@ Array<double> heights_of(const Cloud& cloud, const std::string& path) {
     const double dx = p.x - g[0], dy = p.y - g[3];
     const double column = std::floor((dx * g[5] - dy * g[2]) / determinant);
     const double row = std::floor((dy * g[1] - dx * g[4]) / determinant);
-    if (!(column >= 0 && row >= 0 && column < static_cast<double>(grid.columns) && row < static_cast<double>(grid.rows)))
+    if (!(column >= 0 && row >= 0 && column < static_cast<double>(grid.columns) &&
+          row < static_cast<double>(grid.rows)))
       fail(path, fmt::format("point {} lies outside the grid", i), "write another format");
     double& cell = heights[static_cast<std::size_t>(row) * grid.columns + static_cast<std::size_t>(column)];
-    if (!std::isnan(cell)) fail(path, fmt::format("point {} lies in a cell that has a point", i), "write another format");
+    if (!std::isnan(cell))
+      fail(path, fmt::format("point {} lies in a cell that has a point", i), "write another format");
     cell = p.z;
   }
   return heights;
@@ -171,23 +145,15 @@ Array<double> heights_of(const Cloud& cloud, const std::string& path) {
 Dataset create_tiff(const std::string& file, const RasterGrid& grid) {
   GDALRegister_GTiff();
   CPLStringList options;
-  for (const char* option : {"TILED=YES", "COMPRESS=DEFLATE", "PREDICTOR=3", "BIGTIFF=IF_SAFER"}) options.AddString(option);
+  for (const char* option : {"TILED=YES", "COMPRESS=DEFLATE", "PREDICTOR=3", "BIGTIFF=IF_SAFER"})
+    options.AddString(option);
   GDALDriver* const driver = GetGDALDriverManager()->GetDriverByName("GTiff");
-  return Dataset(driver->Create(file.c_str(), static_cast<int>(grid.columns), static_cast<int>(grid.rows), 1, GDT_Float64,
-                                options.List()));
+  return Dataset(driver->Create(file.c_str(), static_cast<int>(grid.columns), static_cast<int>(grid.rows), 1,
+                                GDT_Float64, options.List()));
 }
 
-}  // namespace
-
-bool is_raster(std::string_view head) { return driver_of(head) != nullptr; }
-
-Cloud read_raster(const std::string& path, const ReadOptions&, const Context& context) {
-  const std::string head = read_head(path);
-  const char* const driver = driver_of(head);
-  if (driver == nullptr) fail(path, "this is not a raster that can be read", "use GeoTIFF or an ESRI ASCII grid");
+Cloud read_by_gdal(const std::string& path, const char* driver, const Context& context) {
   const auto size = static_cast<double>(std::filesystem::file_size(path));
-  if (driver == std::string_view("AAIGrid")) check_ascii_size(path, head, size);
-
   const GdalMessages messages;
   const ReportVerticalCrs vertical;
   GDALAllRegister();
@@ -209,6 +175,25 @@ Cloud read_raster(const std::string& path, const ReadOptions&, const Context& co
   if (const OGRSpatialReference* reference = data->GetSpatialRef()) set_crs(cloud, describe_crs(*reference));
   if (const std::string unit = unit_of_name(band.GetUnitType()); unit != "unknown") cloud.vertical_unit = unit;
   read_cells(band, messages, cloud, context);
+  return cloud;
+}
+
+}  // namespace
+
+bool is_raster(std::string_view head) { return driver_of(head) != nullptr || is_ascii_grid(head); }
+
+Point3 cell_centre(const RasterGrid& grid, std::size_t column, std::size_t row, double z) {
+  const auto& g = grid.geotransform;
+  const double c = static_cast<double>(column) + 0.5, r = static_cast<double>(row) + 0.5;
+  return {g[0] + c * g[1] + r * g[2], g[3] + c * g[4] + r * g[5], z};
+}
+
+Cloud read_raster(const std::string& path, const ReadOptions&, const Context& context) {
+  const std::string head = read_head(path);
+  const char* const driver = driver_of(head);
+  if (driver == nullptr && !is_ascii_grid(head))
+    fail(path, "this is not a raster that can be read", "use GeoTIFF or an ESRI ASCII grid");
+  Cloud cloud = driver != nullptr ? read_by_gdal(path, driver, context) : read_ascii_grid(path, context);
   if (cloud.points.empty()) fail(path, "the raster holds no cells with data", "choose one that does");
   return cloud;
 }
@@ -225,7 +210,9 @@ void write_raster(const std::string& path, const Cloud& cloud, const Context& co
     const GdalMessages messages;
     Dataset data = create_tiff(temporary, grid);
     const auto check = [&](bool good) {
-      if (!good) fail(path, fmt::format("cannot be written ({})", messages.failure()), "check the folder and the disk");
+      if (!good)
+        throw Error(ExitCode::internal,
+                    fmt::format("{}: cannot be written ({}): check the folder and the disk", path, messages.failure()));
     };
     check(data != nullptr);
     std::array<double, 6> geotransform = grid.geotransform;
@@ -235,7 +222,8 @@ void write_raster(const std::string& path, const Cloud& cloud, const Context& co
     check(band.SetNoDataValue(std::numeric_limits<double>::quiet_NaN()) == CE_None);
     if (cloud.vertical_unit != "unknown") check(band.SetUnitType(cloud.vertical_unit.c_str()) == CE_None);
     const int columns = static_cast<int>(grid.columns), rows = static_cast<int>(grid.rows);
-    check(band.RasterIO(GF_Write, 0, 0, columns, rows, heights.data(), columns, rows, GDT_Float64, 0, 0, nullptr) == CE_None);
+    check(band.RasterIO(GF_Write, 0, 0, columns, rows, heights.data(), columns, rows, GDT_Float64, 0, 0, nullptr) ==
+          CE_None);
     data.reset();
     check(messages.failure().empty());
   });

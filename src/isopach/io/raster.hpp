@@ -1,4 +1,4 @@
-// Height rasters: GeoTIFF, ESRI ASCII grid, Erdas Imagine and Surfer grids, read by GDAL. Band 1 holds the heights.
+// Height rasters: GeoTIFF, Erdas Imagine and Surfer grids, read by GDAL; ESRI ASCII grids. Band 1 holds the heights.
 #pragma once
 #include <string>
 #include <string_view>
@@ -19,9 +19,12 @@ namespace isopach {
 /// Oracle: RasterTest.RoundTripsThroughGeoTiff.
 [[nodiscard]] Cloud read_raster(const std::string& path, const ReadOptions& options, const Context& context);
 
-/// Writes a cloud that was read from a raster as GeoTIFF (Float64, one band, no data = NaN): z of each point in the cell of
-/// cloud.grid it lies in. Throws UsageError if the cloud has no grid, InputError if a point lies outside it or two lie in
-/// one cell.
+/// Centre of a cell at height z.
+[[nodiscard]] Point3 cell_centre(const RasterGrid& grid, std::size_t column, std::size_t row, double z);
+
+/// Writes a cloud that was read from a raster as GeoTIFF (Float64, one band, no data = NaN): z of each point in the
+/// cell of cloud.grid it lies in. Throws UsageError if the cloud has no grid, InputError if a point lies outside it or
+/// two lie in one cell.
 void write_raster(const std::string& path, const Cloud& cloud, const Context& context);
 
 }  // namespace isopach

@@ -10,193 +10,270 @@ namespace isopach {
 
 namespace {
 
-constexpr std::size_t block = 1 << 14;
-constexpr std::size_t bins = 512;
+constexpr std::size_t block = 1 << 15;
+constexpr std::size_t coarse_bins = 4096;
+// Sums of coefficients over 4096 bins round to less than this share of the area; brackets allow for it.
+constexpr double coarse_rounding = 1e-8;
 
-double area_up_to(const Cell& cell, const Variable& variable, double v) {
-  if (!variable.absolute) return area_below(cell, v);
+std::array<double, 3> sorted(std::array<double, 3> d) {
+  if (d[0] > d[1]) std::swap(d[0], d[1]);
+  if (d[1] > d[2]) std::swap(d[1], d[2]);
+  if (d[0] > d[1]) std::swap(d[0], d[1]);
+  return d;
+}
+
+double area_up_to(const Cell& cell, const Quantile& q, double v) {
+  if (!q.absolute) return area_below(cell, v);
   if (v < 0) return 0;
   // The lower limit belongs to the range: a cell constant at centre − v counts.
   const Cell mirrored{cell.area, {-cell.d[0], -cell.d[1], -cell.d[2]}};
-  return std::max(0.0, area_below(cell, variable.centre + v) + area_below(mirrored, v - variable.centre) - cell.area);
+  return std::max(0.0, area_below(cell, q.centre + v) + area_below(mirrored, v - q.centre) - cell.area);
 }
 
 struct Range {
   double low, high;
 };
-Range range_of(const Cell& cell, const Variable& variable) {
-  auto [low, high] = std::minmax({cell.d[0], cell.d[1], cell.d[2]});
-  if (!variable.absolute) return {low, high};
-  low -= variable.centre;
-  high -= variable.centre;
+
+Range range_of(const Cell& cell, const Quantile& q) {
+  double low = std::min({cell.d[0], cell.d[1], cell.d[2]}), high = std::max({cell.d[0], cell.d[1], cell.d[2]});
+  if (!q.absolute) return {low, high};
+  low -= q.centre;
+  high -= q.centre;
   if (low <= 0 && high >= 0) return {0, std::max(-low, high)};
   return {std::min(std::fabs(low), std::fabs(high)), std::max(std::fabs(low), std::fabs(high))};
 }
 
-// Adds the area of a cell to bins [k·step + from, …).
-class Binner {
+// Area up to each edge of even bins, as running sums of quadratics in the number of the edge.
+class EdgeSums {
  public:
-  Binner(double from, double to) : from_(from), step_((to - from) / static_cast<double>(bins)) {}
-  [[nodiscard]] double edge(std::size_t k) const { return from_ + step_ * static_cast<double>(k); }
-  [[nodiscard]] std::size_t bin(double v) const {
-    const double k = (v - from_) / step_;
-    return k > 0 ? std::min(bins - 1, static_cast<std::size_t>(k)) : 0;
+  EdgeSums() = default;
+  EdgeSums(double low, double high, std::size_t count)
+      : low_(low), per_unit_(static_cast<double>(count) / (high - low)), edges_(count + 1), c_(count + 2) {}
+
+  void add(const Cell& cell) {
+    std::array<double, 3> u = sorted(cell.d);
+    for (double& x : u) x = (x - low_) * per_unit_;
+    const std::size_t k0 = first_edge(u[0]), k1 = first_edge(u[1]), k2 = first_edge(u[2]);
+    if (k1 > k0) piece(k0, k1, 0, cell.area / ((u[1] - u[0]) * (u[2] - u[0])), u[0]);
+    if (k2 > k1) piece(k1, k2, cell.area, -cell.area / ((u[2] - u[0]) * (u[2] - u[1])), u[2]);
+    c_[k2][0] += cell.area;
   }
-  void add(std::vector<double>& areas, const Cell& cell, const Variable& variable, double& before) const {
-    const Range r = range_of(cell, variable);
-    const std::size_t first = bin(r.low), last = bin(r.high);
-    double done = r.low < from_ ? area_up_to(cell, variable, from_) : 0;
-    before += done;
-    for (std::size_t k = first; k <= last; ++k) {
-      const double next = k == last && r.high <= edge(k + 1) ? cell.area : area_up_to(cell, variable, edge(k + 1));
-      areas[k] += next - done;
-      done = next;
+  void add(const EdgeSums& other) {
+    if (c_.empty()) {
+      *this = other;
+      return;
     }
+    for (std::size_t k = 0; k < c_.size(); ++k)
+      for (std::size_t i = 0; i < 3; ++i) c_[k][i] += other.c_[k][i];
+  }
+  [[nodiscard]] std::vector<double> values() const {
+    std::vector<double> f(edges_);
+    std::array<Sum, 3> sum;
+    for (std::size_t k = 0; k < edges_; ++k) {
+      for (std::size_t i = 0; i < 3; ++i) sum[i].add(c_[k][i]);
+      const auto x = static_cast<double>(k);
+      f[k] = sum[0].value() + x * (sum[1].value() + x * sum[2].value());
+    }
+    return f;
   }
 
  private:
-  double from_, step_;
+  // A piece over few edges may be steep: its coefficients would cancel. It is added edge by edge.
+  static constexpr std::size_t few_edges = 8;
+
+  [[nodiscard]] std::size_t first_edge(double u) const {
+    return u <= 0 ? 0 : (u >= static_cast<double>(edges_) ? edges_ : static_cast<std::size_t>(std::ceil(u)));
+  }
+  // constant + factor · (k − root)² at the edges [from, to).
+  void piece(std::size_t from, std::size_t to, double constant, double factor, double root) {
+    if (to - from <= few_edges) {
+      for (std::size_t k = from; k < to; ++k) {
+        const double x = static_cast<double>(k) - root;
+        const double value = constant + factor * x * x;
+        c_[k][0] += value;
+        c_[k + 1][0] -= value;
+      }
+      return;
+    }
+    const std::array<double, 3> coefficients{constant + factor * root * root, -2 * factor * root, factor};
+    for (std::size_t i = 0; i < 3; ++i) {
+      c_[from][i] += coefficients[i];
+      c_[to][i] -= coefficients[i];
+    }
+  }
+
+  double low_ = 0, per_unit_ = 0;
+  std::size_t edges_ = 0;
+  std::vector<std::array<double, 3>> c_;
 };
 
-struct BinnedAreas {
-  std::vector<double> areas = std::vector<double>(bins, 0.0);
-  double before = 0;
-};
-
-BinnedAreas bin_cells(const std::vector<Cell>& cells, const Variable& variable, const Binner& binner) {
-  return reduce_blocks<BinnedAreas>(
-      cells.size(), block,
-      [&](std::size_t begin, std::size_t end) {
-        BinnedAreas part;
-        for (std::size_t i = begin; i < end; ++i) binner.add(part.areas, cells[i], variable, part.before);
-        return part;
-      },
-      [](BinnedAreas& total, const BinnedAreas& part) {
-        for (std::size_t k = 0; k < bins; ++k) total.areas[k] += part.areas[k];
-        total.before += part.before;
-      });
-}
-
-// The v in [low, high] where `base` + Σ area{variable ≤ v} over the cells reaches `target`.
-double bisect(const std::vector<Cell>& cells, const Variable& variable, double base, double target, double low,
-              double high) {
-  const auto area_at = [&](double v) {
+// Area of constant cells up to a value: they make the distribution jump.
+class Steps {
+ public:
+  explicit Steps(std::vector<std::pair<double, double>> value_and_area) : steps_(std::move(value_and_area)) {
+    std::sort(steps_.begin(), steps_.end());
     Sum sum;
-    for (const Cell& c : cells) sum.add(area_up_to(c, variable, v));
-    return base + sum.value();
+    for (auto& step : steps_) {
+      sum.add(step.second);
+      step.second = sum.value();
+    }
+  }
+  [[nodiscard]] double up_to(double v) const {
+    const auto after =
+        std::upper_bound(steps_.begin(), steps_.end(), v, [](double x, const auto& step) { return x < step.first; });
+    return after == steps_.begin() ? 0 : (after - 1)->second;
+  }
+
+ private:
+  std::vector<std::pair<double, double>> steps_;
+};
+
+// What of the cells is left once the bracket of a quantile is known.
+struct Kept {
+  Sum below;                                    // area under the bracket
+  std::vector<Cell> cut;                        // cells that reach into it
+  std::vector<std::pair<double, double>> flat;  // constant cells in it: value of the variable, area
+};
+
+// The smallest v in [low, high] where the area reaches the target: false position kept honest by bisection.
+double solve(const Kept& kept, const Quantile& q, double low, double high, double target) {
+  const Steps steps(kept.flat);
+  const auto excess = [&](double v) {
+    const Sum sum = reduce_blocks<Sum>(
+        kept.cut.size(), block,
+        [&](std::size_t begin, std::size_t end) {
+          Sum part;
+          for (std::size_t i = begin; i < end; ++i) part.add(area_up_to(kept.cut[i], q, v));
+          return part;
+        },
+        [](Sum& total, const Sum& part) { total.add(part); });
+    return kept.below.value() + sum.value() + steps.up_to(v) - target;
   };
-  for (int i = 0; i < 200; ++i) {
-    const double middle = low + (high - low) / 2;
-    if (middle <= low || middle >= high) break;
-    (area_at(middle) >= target ? high : low) = middle;
-  }
-  return high;
-}
-
-std::vector<Cell> domain_cells(const CellView& view) {
-  std::vector<Cell> cells;
-  const std::size_t n = view.t.real;
-  std::vector<std::size_t> start((n + block - 1) / block + 1, 0);
-  for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
-    std::size_t count = 0;
-    for (std::size_t i = begin; i < end; ++i) count += view.in_domain[i] != 0 ? 1 : 0;
-    start[begin / block + 1] = count;
-  });
-  for (std::size_t b = 1; b < start.size(); ++b) start[b] += start[b - 1];
-  cells.resize(start.back());
-  for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
-    std::size_t place = start[begin / block];
-    for (std::size_t i = begin; i < end; ++i)
-      if (view.in_domain[i] != 0) cells[place++] = cell_at(view, i);
-  });
-  return cells;
-}
-
-// Narrows [low, high] round the wanted quantile until few cells are left.
-double quantile(std::vector<Cell> cells, const Variable& variable, double low, double high, double target) {
-  double base = 0;  // area of the cells already known to lie wholly below `low`
-  for (int round = 0; round < 12 && cells.size() > 2000; ++round) {
-    const Binner binner(low, high);
-    if (!(binner.edge(1) > low)) break;
-    const BinnedAreas binned = bin_cells(cells, variable, binner);
-    double sum = base + binned.before;
-    std::size_t k = 0;
-    while (k + 1 < bins && sum + binned.areas[k] < target) sum += binned.areas[k++];
-    const double from = binner.edge(k), to = k + 1 == bins ? high : binner.edge(k + 1);
-    std::vector<Cell> cut;
-    Sum below;
-    for (const Cell& c : cells) {
-      const Range r = range_of(c, variable);
-      if (r.high < from)
-        below.add(c.area);
-      else if (r.low <= to)
-        cut.push_back(c);
+  low = std::nextafter(low, -HUGE_VAL);
+  double at_low = excess(low), at_high = excess(high);
+  if (at_low >= 0) return low;
+  for (int i = 0;; ++i) {
+    double middle = low + (high - low) / 2;
+    if (middle <= low || middle >= high) return high;
+    if (i % 3 != 2 && at_high > at_low) {
+      const double guess = low + (high - low) * (-at_low / (at_high - at_low));
+      // A little past the guess on the far side, so that both ends close in.
+      const double nudge = (high - low) * 1e-3;
+      const double aimed = i % 3 == 0 ? guess - nudge : guess + nudge;
+      if (aimed > low && aimed < high) middle = aimed;
     }
-    base += below.value();
-    low = from;
-    high = to;
-    if (cut.size() > cells.size() * 9 / 10 && round > 2) {
-      cells = std::move(cut);
-      break;
-    }
-    cells = std::move(cut);
+    const double at_middle = excess(middle);
+    (at_middle >= 0 ? high : low) = middle;
+    (at_middle >= 0 ? at_high : at_low) = at_middle;
   }
-  return bisect(cells, variable, base, target, std::nextafter(low, -HUGE_VAL), high);
 }
 
 }  // namespace
 
 double area_below(const Cell& cell, double v) {
-  double d0 = cell.d[0], d1 = cell.d[1], d2 = cell.d[2];
-  if (d0 > d1) std::swap(d0, d1);
-  if (d1 > d2) std::swap(d1, d2);
-  if (d0 > d1) std::swap(d0, d1);
+  const auto [d0, d1, d2] = sorted(cell.d);
   if (v < d0) return 0;
   if (v >= d2) return cell.area;
   if (v < d1) return cell.area * ((v - d0) / (d1 - d0)) * ((v - d0) / (d2 - d0));
   return cell.area - cell.area * ((d2 - v) / (d2 - d0)) * ((d2 - v) / (d2 - d1));
 }
 
-std::vector<double> quantiles(const CellView& view, double area, Variable variable, double limit,
-                              const std::vector<double>& shares, const Context& context) {
-  context.check();
-  const std::vector<Cell> cells = domain_cells(view);
-  std::vector<double> found;
-  for (const double p : shares)
-    found.push_back(quantile(cells, variable, variable.absolute ? 0 : -limit, limit, p * area));
-  return found;
+Distribution::Distribution(const CellView& cells, double area, double limit, const Context& context)
+    : cells_(cells), context_(context), area_(area), limit_(limit) {
+  below_ = area_up_to_edges(-limit, limit, coarse_bins);
 }
 
-std::vector<double> areas_between(const CellView& view, const std::vector<double>& edges, const Context& context) {
-  context.check();
-  const std::vector<Cell> cells = domain_cells(view);
-  const std::size_t count = edges.size() - 1;
-  using Areas = std::vector<double>;
-  return reduce_blocks<Areas>(
-      cells.size(), block,
+std::vector<double> Distribution::area_up_to_edges(double low, double high, std::size_t count) const {
+  context_.check();
+  return reduce_blocks<EdgeSums>(
+             cells_.t.real, block,
+             [&](std::size_t begin, std::size_t end) {
+               EdgeSums part(low, high, count);
+               for (std::size_t i = begin; i < end; ++i)
+                 if (cells_.in_domain[i] != 0) part.add(cell_at(cells_, i));
+               return part;
+             },
+             [](EdgeSums& total, const EdgeSums& part) { total.add(part); })
+      .values();
+}
+
+std::vector<double> Distribution::areas_between(double low, double high, std::size_t count) const {
+  std::vector<double> edges = area_up_to_edges(low, high, count);
+  edges.front() = 0;
+  edges.back() = area_;
+  std::vector<double> areas(count);
+  for (std::size_t k = 0; k < count; ++k) areas[k] = std::max(0.0, edges[k + 1] - edges[k]);
+  return areas;
+}
+
+Distribution::Bracket Distribution::bracket(const Quantile& q) const {
+  const double step = 2 * limit_ / static_cast<double>(coarse_bins);
+  const auto at = [&](double v, bool up) {  // area up to v, rounded out to an edge of the bins
+    if (v < -limit_) return 0.0;
+    if (v >= limit_) return area_;
+    const auto k = static_cast<std::size_t>((v + limit_) / step);
+    return below_[std::min(k + (up ? 1 : 0), coarse_bins)];
+  };
+  const auto bound = [&](double v, bool up) {
+    return q.absolute ? at(q.centre + v, up) - at(q.centre - v, !up) : at(v, up);
+  };
+  const double slack = coarse_rounding * area_;
+  const double start = q.absolute ? -step : -limit_ - step;
+  const std::size_t end = static_cast<std::size_t>((limit_ + std::fabs(q.centre) - start) / step) + 2;
+  // First multiple of the step at which the bound reaches the target.
+  const auto first = [&](bool up, double target) {
+    std::size_t lo = 0, hi = end;
+    while (hi - lo > 1) {
+      const std::size_t k = (lo + hi) / 2;
+      (bound(start + step * static_cast<double>(k), up) < target ? lo : hi) = k;
+    }
+    return hi;
+  };
+  const double target = q.share * area_;
+  return {start + step * (static_cast<double>(first(true, target - slack)) - 2),
+          start + step * (static_cast<double>(first(false, target + slack)) + 1)};
+}
+
+std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted) const {
+  context_.check();
+  std::vector<Bracket> brackets;
+  for (const Quantile& q : wanted) brackets.push_back(bracket(q));
+  std::vector<Kept> kept = reduce_blocks<std::vector<Kept>>(
+      cells_.t.real, block,
       [&](std::size_t begin, std::size_t end) {
-        Areas part(count, 0.0);
+        std::vector<Kept> part(wanted.size());
         for (std::size_t i = begin; i < end; ++i) {
-          const auto [low, high] = std::minmax({cells[i].d[0], cells[i].d[1], cells[i].d[2]});
-          const auto place = [&](double v) {
-            const auto it = std::upper_bound(edges.begin(), edges.end(), v);
-            const auto k = it - edges.begin() - 1;
-            return static_cast<std::size_t>(std::clamp<std::ptrdiff_t>(k, 0, static_cast<std::ptrdiff_t>(count) - 1));
-          };
-          const std::size_t first = place(low), last = place(high);
-          double done = 0;
-          for (std::size_t k = first; k <= last; ++k) {
-            const double next = k == last ? cells[i].area : area_below(cells[i], edges[k + 1]);
-            part[k] += next - done;
-            done = next;
+          if (cells_.in_domain[i] == 0) continue;
+          const Cell cell = cell_at(cells_, i);
+          for (std::size_t k = 0; k < wanted.size(); ++k) {
+            const Range r = range_of(cell, wanted[k]);
+            if (r.high < brackets[k].low)
+              part[k].below.add(cell.area);
+            else if (r.low <= brackets[k].high) {
+              if (cell.d[0] == cell.d[1] && cell.d[1] == cell.d[2])
+                part[k].flat.emplace_back(r.low, cell.area);
+              else
+                part[k].cut.push_back(cell);
+            }
           }
         }
         return part;
       },
-      [&](Areas& total, const Areas& part) {
-        total.resize(count, 0.0);
-        for (std::size_t k = 0; k < count; ++k) total[k] += part[k];
+      [&](std::vector<Kept>& total, const std::vector<Kept>& part) {
+        total.resize(wanted.size());
+        for (std::size_t k = 0; k < part.size(); ++k) {
+          total[k].below.add(part[k].below);
+          total[k].cut.insert(total[k].cut.end(), part[k].cut.begin(), part[k].cut.end());
+          total[k].flat.insert(total[k].flat.end(), part[k].flat.begin(), part[k].flat.end());
+        }
       });
+  kept.resize(wanted.size());
+  std::vector<double> found(wanted.size());
+  for_blocks(wanted.size(), 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k)
+      found[k] = solve(kept[k], wanted[k], brackets[k].low, brackets[k].high, wanted[k].share * area_);
+  });
+  return found;
 }
 
 }  // namespace isopach

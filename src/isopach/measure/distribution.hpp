@@ -1,8 +1,9 @@
 // The distribution of the piecewise linear difference by area: percentiles and histograms exact, not from samples.
 //
 // On one cell of area A with sorted values d0 ≤ d1 ≤ d2 the area where d ≤ v is A (v−d0)²/((d1−d0)(d2−d0)) up to d1 and
-// A − A (d2−v)²/((d2−d0)(d2−d1)) from there. Quantiles are found by summing that over all cells in bins, going on with
-// the cells that the wanted bin cuts, and bisecting when few are left.
+// A − A (d2−v)²/((d2−d0)(d2−d1)) from there: two quadratics. One pass over the cells adds their coefficients to even
+// bins (constant work a cell, however many bins it spans); the bins bracket every quantile; a second pass keeps, per
+// quantile, the cells that its bracket cuts and the area below it; on those the bracket is narrowed to one double.
 #pragma once
 #include <vector>
 
@@ -13,19 +14,35 @@ namespace isopach {
 /// Area of a cell where d ≤ v.
 [[nodiscard]] double area_below(const Cell& cell, double v);
 
-/// The variable whose distribution is asked for: d itself, or |d − centre|.
-struct Variable {
+/// The smallest v with area{variable ≤ v} ≥ share · area, 0 < share < 1. The variable is d, or |d − centre|.
+struct Quantile {
+  double share = 0.5;
   bool absolute = false;
   double centre = 0;
 };
 
-/// For each share p (0 < p < 1, ascending) the smallest v with area{variable ≤ v} ≥ p · area. `limit` bounds
-/// |variable|.
-[[nodiscard]] std::vector<double> quantiles(const CellView& cells, double area, Variable variable, double limit,
-                                            const std::vector<double>& shares, const Context& context);
+class Distribution {
+ public:
+  /// `area` of the domain, `limit` ≥ |d| everywhere, > 0.
+  Distribution(const CellView& cells, double area, double limit, const Context& context);
 
-/// Area between successive edges; what lies outside the edges is counted in the outermost bins.
-[[nodiscard]] std::vector<double> areas_between(const CellView& cells, const std::vector<double>& edges,
-                                                const Context& context);
+  /// One pass for all that are asked for. Oracle: tests/measure/distribution_test.cpp.
+  [[nodiscard]] std::vector<double> quantiles(const std::vector<Quantile>& wanted) const;
+
+  /// Area between successive edges (even bins of [low, high]); what lies outside them is counted in the outermost bins.
+  [[nodiscard]] std::vector<double> areas_between(double low, double high, std::size_t count) const;
+
+ private:
+  struct Bracket {
+    double low, high;
+  };
+  [[nodiscard]] Bracket bracket(const Quantile& q) const;
+  [[nodiscard]] std::vector<double> area_up_to_edges(double low, double high, std::size_t count) const;
+
+  const CellView& cells_;
+  const Context& context_;
+  double area_, limit_;
+  std::vector<double> below_;  // area where d ≤ edge k of the coarse bins of [−limit, limit]
+};
 
 }  // namespace isopach

@@ -52,15 +52,30 @@ Parts corner_above(double area, double c, double a, double b) {
 }
 
 // Half-width of the histogram: most of the area, not the last outlier.
-Histogram histogram_of(const CellView& cells, double p99, double largest, const Context& context) {
-  constexpr int count = 101;
-  double half = std::min(largest, 1.5 * p99);
-  if (!(half > 0)) half = largest > 0 ? largest : 1;
+Histogram histogram_of(const Distribution& distribution, double p99, double largest) {
+  constexpr std::size_t count = 101;
+  const double half = p99 > 0 ? std::min(largest, 1.5 * p99) : largest;
   Histogram h;
-  for (int k = 0; k <= count; ++k) h.edges.push_back(half * (2.0 * k - count) / count);
-  h.areas = areas_between(cells, h.edges, context);
-  h.areas.resize(count, 0.0);
+  for (std::size_t k = 0; k <= count; ++k)
+    h.edges.push_back(half * (2.0 * static_cast<double>(k) - static_cast<double>(count)) / static_cast<double>(count));
+  h.areas = distribution.areas_between(-half, half, count);
   return h;
+}
+
+void describe_distribution(const CellView& cells, double area, DifferenceStatistics& d, const Context& context) {
+  const double largest = std::max(d.max_above, d.max_below);
+  if (!(largest > 0)) {  // d is 0 everywhere
+    d.histogram = {{-1, 1}, {area}};
+    return;
+  }
+  const Distribution distribution(cells, area, largest, context);
+  std::vector<Quantile> wanted{{0.5, false, 0}};
+  for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
+  const std::vector<double> found = distribution.quantiles(wanted);
+  d.median = found[0];
+  std::copy(found.begin() + 1, found.end(), d.abs_percentiles.begin());
+  d.nmad = 1.4826 * distribution.quantiles({{0.5, true, d.median}})[0];
+  d.histogram = histogram_of(distribution, d.abs_percentiles[3], largest);
 }
 
 }  // namespace
@@ -102,16 +117,7 @@ Measures measure(const CellView& cells, const Context& context) {
   d.std = std::sqrt(std::max(0.0, mean_square - d.mean * d.mean));
   d.max_above = t.max_above;
   d.max_below = t.max_below;
-  const double largest = std::max(d.max_above, d.max_below);
-  if (largest > 0) {
-    std::vector<double> shares;
-    for (const int level : percentile_levels) shares.push_back(level / 100.0);
-    const std::vector<double> found = quantiles(cells, m.area, {true, 0}, largest, shares, context);
-    std::copy(found.begin(), found.end(), d.abs_percentiles.begin());
-    d.median = quantiles(cells, m.area, {false, 0}, largest, {0.5}, context)[0];
-    d.nmad = 1.4826 * quantiles(cells, m.area, {true, d.median}, largest + std::fabs(d.median), {0.5}, context)[0];
-  }
-  d.histogram = histogram_of(cells, d.abs_percentiles[3], largest, context);
+  describe_distribution(cells, m.area, d, context);
   return m;
 }
 

@@ -15,11 +15,14 @@ namespace isopach {
 [[nodiscard]] std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs);
 
 struct MapOptions {
-  std::string title;             ///< default: names of A and B
+  std::string title;                 ///< default: names of A and B
   std::string palette = "blue-red";  ///< see palettes(); diverging, centred on 0
-  bool flip = false;             ///< swap the two ends
-  int width = 1600;              ///< pixels
+  bool flip = false;                 ///< swap the two ends
+  int width = 1600;                  ///< pixels
 };
+
+/// Names of the palettes, the default first.
+[[nodiscard]] std::vector<std::string> palettes();
 
 /// difference.png: hillshade of surface A under the diverging colours of d, scale bar, colour bar with the histogram
 /// along it, units, title. No display needed.
@@ -32,7 +35,8 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
 void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context);
 
 /// report.html: one file that opens from disk without a network: map, numbers with units and one-line explanations,
-/// histogram, parameters, warnings; with `truth`, the truth beside the result.
+/// histogram, parameters, warnings; with `truth`, the truth beside the result. `map_png` is the path of the map
+/// (already written; empty = no map), `json` the text of comparison_json: every number on the page is read from it.
 void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
                 const std::optional<Truth>& truth, const Context& context);
 

@@ -1,0 +1,32 @@
+# Thin: every target is one or two commands that can be typed by hand. Needs bash, make and the network once, for set-up.
+.DEFAULT_GOAL := build
+.PHONY: setup build demo test bench check format clean
+
+JOBS ?= $(shell nproc)
+
+setup:  ## install what is missing; quick when nothing is
+	@scripts/setup.sh
+
+build: setup
+	@cmake --preset release --log-level=WARNING
+	@cmake --build --preset release -j $(JOBS)
+
+demo: build  ## a comparison with known truth, and its report
+	@build/release/bin/isopach demo -o out/demo
+
+test: build  ## all tests; the last lines are ctest's own
+	@ctest --preset release -j $(JOBS)
+
+bench: setup  ## builds and runs every benchmark
+	@cmake --preset release -DISOPACH_BENCH=ON --log-level=WARNING
+	@cmake --build --preset release -j $(JOBS)
+	@scripts/bench
+
+check:  ## the project's own rules
+	@scripts/checks/all
+
+format:
+	@git ls-files '*.cpp' '*.hpp' | xargs clang-format -i
+
+clean:
+	@rm -rf build out

@@ -1,0 +1,240 @@
+#include "cli/command.hpp"
+
+#include <fmt/core.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <numeric>
+#include <sstream>
+
+#include "cli/interrupt.hpp"
+#include "isopach/base/error.hpp"
+#include "isopach/version.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr std::size_t page_width = 110, name_width = 34;
+
+std::string trimmed(const std::string& text, const char* drop = " \t\r") {
+  const std::size_t first = text.find_first_not_of(drop);
+  if (first == std::string::npos) return "";
+  return text.substr(first, text.find_last_not_of(drop) - first + 1);
+}
+
+/// Help in two columns: names and type on the left, the description wrapped on the right with its default at the end.
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    std::string left = "  " + make_option_name(option, is_positional);
+    std::replace(left.begin(), left.end(), ',', ' ');
+    if (!is_positional && option->get_type_size() != 0) left += " " + option->get_type_name();
+    std::string text = option->get_description();
+    if (!option->get_default_str().empty()) text += fmt::format(" (default {})", option->get_default_str());
+
+    std::string out = left;
+    if (left.size() + 1 > name_width)
+      out += "\n" + std::string(name_width, ' ');
+    else
+      out += std::string(name_width - left.size(), ' ');
+    std::size_t column = name_width;
+    std::istringstream words(text);
+    for (std::string word; words >> word;) {
+      if (column > name_width && column + 1 + word.size() > page_width) {
+        out += "\n" + std::string(name_width, ' ');
+        column = name_width;
+      }
+      if (column > name_width) out += ' ', ++column;
+      out += word;
+      column += word.size();
+    }
+    return out + "\n";
+  }
+  std::string make_group(std::string group, bool is_positional,
+                         std::vector<const CLI::Option*> options) const override {
+    std::string out = (is_positional ? "\n" : "") + group + ":\n";
+    for (const CLI::Option* option : options) out += make_option(option, is_positional);
+    return is_positional ? out + "\n" : out;
+  }
+};
+
+/// The file of --config: lines `name = value` with the names of the options; # begins a comment, values may stand in
+/// quotes, a list may stand in brackets, a name alone switches a flag on.
+class ConfigFile : public CLI::Config {
+ public:
+  explicit ConfigFile(const CLI::App& app) : app_(app) {}
+
+  std::string to_config(const CLI::App*, bool, bool, std::string) const override { return {}; }
+
+  std::vector<CLI::ConfigItem> from_config(std::istream& input) const override {
+    std::vector<CLI::ConfigItem> found;
+    std::string line;
+    for (int number = 1; std::getline(input, line); ++number) {
+      line = trimmed(without_comment(line));
+      if (line.empty()) continue;
+      const std::size_t equals = line.find('=');
+      CLI::ConfigItem item;
+      item.name = trimmed(line.substr(0, equals));
+      std::string value = equals == std::string::npos ? "true" : trimmed(line.substr(equals + 1));
+      if (value.size() > 1 && value.front() == '[' && value.back() == ']') value = joined(value);
+      item.inputs = {trimmed(value, "\"'")};
+      if (app_.get_option_no_throw("--" + item.name) == nullptr)
+        throw UsageError(fmt::format("{}:{}: unknown option '{}'{}", app_.get_config_ptr()->as<std::string>(), number,
+                                     item.name, did_you_mean(item.name, names())));
+      found.push_back(std::move(item));
+    }
+    return found;
+  }
+
+ private:
+  static std::string without_comment(const std::string& line) {
+    char quote = 0;
+    for (std::size_t i = 0; i < line.size(); ++i) {
+      const char c = line[i];
+      if (quote != 0)
+        quote = c == quote ? 0 : quote;
+      else if (c == '"' || c == '\'')
+        quote = c;
+      else if (c == '#')
+        return line.substr(0, i);
+    }
+    return line;
+  }
+  static std::string joined(const std::string& list) {
+    std::istringstream words(list.substr(1, list.size() - 2));
+    std::string out;
+    for (std::string word; std::getline(words, word, ',');)
+      out += (out.empty() ? "" : ",") + trimmed(trimmed(word), "\"'");
+    return out;
+  }
+  std::vector<std::string> names() const {
+    std::vector<std::string> all;
+    for (const CLI::Option* option : app_.get_options())
+      for (const std::string& name : option->get_lnames()) all.push_back(name);
+    return all;
+  }
+
+  const CLI::App& app_;
+};
+
+std::size_t edit_distance(const std::string& a, const std::string& b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 1; i <= a.size(); ++i) {
+    std::size_t diagonal = row[0];
+    row[0] = i;
+    for (std::size_t j = 1; j <= b.size(); ++j) {
+      const std::size_t change = diagonal + (a[i - 1] == b[j - 1] ? 0 : 1);
+      diagonal = row[j];
+      row[j] = std::min({change, row[j] + 1, row[j - 1] + 1});
+    }
+  }
+  return row[b.size()];
+}
+
+}  // namespace
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
+  std::string best;
+  std::size_t least = std::max<std::size_t>(1, word.size() / 3) + 1;
+  for (const std::string& name : names) {
+    const std::size_t distance = edit_distance(word, name);
+    if (distance < least) least = distance, best = name;
+  }
+  return best.empty() ? "" : fmt::format(" (did you mean '{}'?)", best);
+}
+
+Command::Command(const std::string& verb, const std::string& description, const std::string& footer)
+    : app_(description, "isopach " + verb), verb_(verb) {
+  app_.formatter(std::make_shared<HelpFormatter>());
+  app_.get_formatter()->label("OPTIONS", "options");
+  app_.get_formatter()->label("Positionals", "Arguments");
+  app_.footer(footer);
+  app_.set_help_flag();
+  app_.config_formatter(std::make_shared<ConfigFile>(app_));
+  app_.allow_config_extras(CLI::config_extras_mode::error);
+}
+
+std::string Command::unknown_word() const {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app_.get_options())
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  const std::vector<std::string> rest = app_.remaining();
+  for (const std::string& word : rest)
+    if (word.size() > 1 && word.front() == '-') {
+      const std::string name = word.substr(0, word.find('='));
+      return fmt::format("unknown option '{}'{}; isopach {} --help lists the options", name, did_you_mean(name, names),
+                         verb_);
+    }
+  return rest.empty() ? "" : fmt::format("unexpected argument '{}'; see isopach {} --help", rest.front(), verb_);
+}
+
+bool Command::parse(const Arguments& arguments) {
+  app_.set_help_flag("-h,--help", "Print this help and exit")->group("Run");
+  app_.set_version_flag("--version", fmt::format("isopach {}", version), "Print the version and exit")->group("Run");
+  app_.set_config("--config", "", "Read options from FILE: lines 'name = value', # for comments; the command line wins")
+      ->type_name("FILE")
+      ->group("Run");
+  Arguments reversed(arguments.rbegin(), arguments.rend());
+  try {
+    app_.parse(reversed);
+    return true;
+  } catch (const CLI::CallForHelp&) {
+    fmt::print("{}", app_.help());
+  } catch (const CLI::CallForVersion& message) {
+    fmt::print("{}\n", message.what());
+  } catch (const CLI::ParseError& error) {
+    const std::string unknown = unknown_word();
+    throw UsageError(unknown.empty() ? fmt::format("{}; see isopach {} --help", error.what(), verb_) : unknown);
+  }
+  return false;
+}
+
+void add_run_options(Command& command, RunOptions& options) {
+  command.heading("Run");
+  command
+      .option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
+      ->check(CLI::Range(0, 4096).description(""))
+      ->capture_default_str();
+  command.choice<ProgressKind>("--progress", options.progress,
+                               {{"auto", ProgressKind::automatic},
+                                {"bar", ProgressKind::bar},
+                                {"json", ProgressKind::json},
+                                {"none", ProgressKind::none}},
+                               "Progress on stderr; auto: a bar on a terminal, in runs longer than a second; json: one "
+                               "object a line");
+  command.flag("--quiet", options.quiet,
+               "No summary, no warnings, no progress: only failures, and what --json - prints");
+  command.flag("--verbose", options.verbose, "The stages and when each began, on stderr");
+}
+
+void add_seed(Command& command, std::uint64_t& seed) {
+  command.option("--seed", "N", seed, "Seed of the random numbers: the same seed gives the same bits")
+      ->capture_default_str();
+}
+
+Run::Run(const RunOptions& options, std::uint64_t seed)
+    : quiet_(options.quiet), progress_(options.quiet ? ProgressKind::none : options.progress, options.verbose) {
+  context_.threads = options.threads;
+  context_.seed = seed;
+  context_.cancelled = &interrupted();
+  context_.progress = [this](std::string_view stage, double fraction) { progress_.step(stage, fraction); };
+}
+
+void Run::say(const std::string& line) {
+  if (quiet_) return;
+  progress_.clear();
+  fmt::print(stderr, "{}\n", line);
+}
+
+void Run::show(const std::string& text) {
+  if (!quiet_) print(text);
+}
+
+void Run::print(const std::string& text) {
+  progress_.clear();
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  if (text.empty() || text.back() != '\n') std::fputc('\n', stdout);
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,115 @@
+// What all verbs share: the look of their help, the options of every run, --config files, and one-line usage errors.
+#pragma once
+#include <CLI/CLI.hpp>
+#include <string>
+#include <string_view>
+#include <utility>
+#include <vector>
+
+#include "cli/progress.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/base/context.hpp"
+
+namespace isopach::cli {
+
+/// " (did you mean 'x'?)" for the nearest name, or nothing if none is near.
+[[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
+
+/// A verb's parser. Options declared here appear in its --help and may stand in its --config file.
+class Command {
+ public:
+  Command(const std::string& verb, const std::string& description, const std::string& footer);
+
+  /// Options that follow are listed under this heading.
+  void heading(const std::string& text) { heading_ = text; }
+
+  template <class T>
+  CLI::Option* positional(const std::string& name, T& target, const std::string& description) {
+    return app_.add_option(name, target, description)->type_name("")->required();
+  }
+  template <class T>
+  CLI::Option* option(const std::string& names, const std::string& type, T& target, const std::string& description) {
+    return app_.add_option(names, target, description)->type_name(type)->group(heading_)->allow_extra_args(false);
+  }
+  CLI::Option* flag(const std::string& names, bool& target, const std::string& description) {
+    return app_.add_flag(names, target, description)->group(heading_);
+  }
+  /// An option with a few named values; shows them all and the one in `target` as the default.
+  template <class E>
+  void choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
+              const std::string& description);
+  /// An option whose text `read` turns into a value; what it throws (UsageError, InputError) ends the run.
+  template <class T>
+  CLI::Option* parsed(const std::string& names, const std::string& type, T& target, T (*read)(const std::string& text),
+                      const std::string& description) {
+    return app_
+        .add_option_function<std::string>(
+            names, [&target, read](const std::string& text) { target = read(text); }, description)
+        ->type_name(type)
+        ->group(heading_);
+  }
+
+  /// False if --help or --version was asked for and printed. Throws UsageError with one line.
+  [[nodiscard]] bool parse(const Arguments& arguments);
+
+ private:
+  [[nodiscard]] std::string unknown_word() const;
+
+  CLI::App app_;
+  std::string verb_, heading_ = "Options";
+};
+
+template <class E>
+void Command::choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
+                     const std::string& description) {
+  std::string type, chosen;
+  for (const auto& [name, value] : values) {
+    type += (type.empty() ? "" : "|") + name;
+    if (value == target) chosen = name;
+  }
+  app_.add_option_function<std::string>(
+          names,
+          [&target, values, type, names](const std::string& text) {
+            for (const auto& [name, value] : values)
+              if (name == text) {
+                target = value;
+                return;
+              }
+            throw UsageError(names + ": '" + text + "' is not one of " + type);
+          },
+          description)
+      ->type_name(type)
+      ->default_str(chosen)
+      ->group(heading_);
+}
+
+/// The options every run has.
+struct RunOptions {
+  int threads = 0;
+  bool quiet = false, verbose = false;
+  ProgressKind progress = ProgressKind::automatic;
+};
+
+void add_run_options(Command& command, RunOptions& options);
+void add_seed(Command& command, std::uint64_t& seed);
+
+/// The context of a run with its progress display; interrupts are wired to it.
+class Run {
+ public:
+  explicit Run(const RunOptions& options, std::uint64_t seed = 1);
+
+  [[nodiscard]] const Context& context() const { return context_; }
+  /// A message on stderr, unless --quiet.
+  void say(const std::string& line);
+  /// A result on stdout, unless --quiet.
+  void show(const std::string& text);
+  /// A result that was asked for by name (--json -): on stdout, --quiet or not.
+  void print(const std::string& text);
+
+ private:
+  bool quiet_;
+  Progress progress_;
+  Context context_;
+};
+
+}  // namespace isopach::cli

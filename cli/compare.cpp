@@ -1,0 +1,136 @@
+// isopach compare A B
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "cli/parse.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/compare/compare.hpp"
+#include "isopach/io/read.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "How much and where scan B differs from scan A, measured without a grid between the two triangulated scans.\n"
+    "Positive: B lies above A. Lengths are in the unit of the files; areas and volumes in its square and cube.\n";
+
+constexpr const char* footer =
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 6 --fail-above exceeded, 130 "
+    "interrupted.\n"
+    "\n"
+    "Examples:\n"
+    "  isopach compare before.laz after.laz                       the summary, on stdout\n"
+    "  isopach compare before.laz after.laz -o result             and map, point clouds, report in result/\n"
+    "  isopach compare before.laz after.laz --class 2             bare ground only\n"
+    "  isopach compare part.stl scan.ply --direction fit --unit mm --fail-above p95=0.05\n"
+    "  isopach compare a.tif b.tif --crop 1000,2000,1500,2400 --json - | python3 -m json.tool";
+
+struct Request {
+  std::string path_a, path_b, pose_path;
+  CompareOptions options;
+  std::vector<std::string> fail_above;
+  bool no_layer_check = false;
+  Delivery delivery;
+  RunOptions run;
+};
+
+void add_projection_options(Command& command, Request& request) {
+  ProjectOptions& project = request.options.project;
+  command.heading("Scans");
+  command.parsed(
+      "--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction,
+      "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)");
+  command.choice<DuplicatePolicy>("--duplicates", project.duplicates,
+                                  {{"mean", DuplicatePolicy::mean},
+                                   {"min", DuplicatePolicy::min},
+                                   {"max", DuplicatePolicy::max},
+                                   {"median", DuplicatePolicy::median},
+                                   {"first", DuplicatePolicy::first},
+                                   {"error", DuplicatePolicy::error}},
+                                  "Height of points of one scan with the same place; error: refuse such a scan");
+  command.parsed("--class", "N[,N]", project.classes, parse_classes,
+                 "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
+  command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", project.crop, parse_crop,
+                 "Keep only points inside this box, in input coordinates (default all)");
+  command.option(
+      "--pose", "FILE", request.pose_path,
+      "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first (default: as is)");
+  command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", request.options.unit, parse_unit,
+                 "Unit of both inputs, where the files do not say it or say it wrongly");
+  command.flag("--allow-crs", request.options.allow_crs,
+               "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
+  command.flag("--no-layer-check", request.no_layer_check,
+               "Do not look for several layers above one another (saves time)");
+}
+
+void add_measure_options(Command& command, Request& request) {
+  CompareOptions& options = request.options;
+  command.heading("Measure");
+  command.choice<Surface>("--surface", options.surface, {{"common", Surface::common}},
+                          "Cells of the integral; common: the Delaunay triangulation of both scans together");
+  command.choice<DomainKind>(
+      "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
+      "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
+      "on from its border");
+  command.choice<BorderRule>("--border", options.border, {{"hull", BorderRule::hull}},
+                             "Border of a scan; hull: the convex hull of its points");
+  command.choice<LocateMethod>("--locate", options.locate, {{"tree", LocateMethod::tree}},
+                               "How points of one scan are found in the other; tree: along the spanning tree");
+  command
+      .option("--min-coverage", "SHARE", options.min_coverage,
+              "Exit 4 if the scans share less than this part of their area, 0 to 1")
+      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->capture_default_str();
+  command.option(
+      "--fail-above", "STATISTIC=LIMIT", request.fail_above,
+      fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean and net "
+                  "by their size. One of {}",
+                  statistic_names()));
+}
+
+Cloud read_scan(const std::string& path, const Request& request, const Context& context) {
+  ReadOptions options;
+  if (request.options.project.classes.empty()) options.attributes.clear();  // memory is not free
+  return read_cloud(path, options, context);
+}
+
+}  // namespace
+
+int run_compare(const Arguments& arguments) {
+  Request request;
+  Command command("compare", description, footer);
+  command.positional("A", request.path_a,
+                     "Reference scan, or the one before: XYZ, CSV, PTS, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC");
+  command.positional("B", request.path_b, "Compared scan, or the one after");
+  add_delivery_options(command, request.delivery, "");
+  add_projection_options(command, request);
+  add_measure_options(command, request);
+  add_run_options(command, request.run);
+  if (!command.parse(arguments)) return 0;
+
+  std::vector<Tolerance> tolerances;
+  for (const std::string& text : request.fail_above)
+    for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
+  request.options.check_layers = !request.no_layer_check;
+  if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
+
+  Run run(request.run);
+  std::unique_ptr<OutputFolder> folder;
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
+
+  Stopwatch watch;
+  const Cloud a = read_scan(request.path_a, request, run.context());
+  const Cloud b = read_scan(request.path_b, request, run.context());
+  const double read_s = watch.lap();
+  Comparison comparison = compare(a, b, request.options, run.context());
+  deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);
+
+  const std::string over = exceeded(comparison, tolerances);
+  if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);
+  return 0;
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,53 @@
+// isopach demo
+#include <fmt/core.h>
+
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "cli/scene.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/compare/compare.hpp"
+#include "isopach/io/write.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "Makes two scans of a scene whose volumes are known, compares them, and writes the report with the truth beside "
+    "it.\n";
+
+constexpr const char* footer =
+    "Examples:\n"
+    "  isopach demo                                     then open isopach-demo/report.html\n"
+    "  isopach demo face -o face-demo --points 200000";
+
+}  // namespace
+
+int run_demo(const Arguments& arguments) {
+  SceneRequest scene_request;
+  Delivery delivery;
+  RunOptions run_options;
+  Command command("demo", description, footer);
+  command.positional("SCENE", scene_request.name, "One of " + scene_list() + " (default terrain)")->required(false);
+  add_delivery_options(command, delivery, "isopach-demo");
+  add_scene_options(command, scene_request);
+  add_run_options(command, run_options);
+  if (!command.parse(arguments)) return 0;
+
+  Run run(run_options, scene_request.seed);
+  OutputFolder folder(delivery.output);
+  Stopwatch watch;
+  Scene scene = make_scene(scene_request.name, scene_request.scene_options(), run.context());
+  scene.a.path = "a.ply";
+  scene.b.path = "b.ply";
+  write_cloud(folder.path(scene.a.path), scene.a, run.context());
+  write_cloud(folder.path(scene.b.path), scene.b, run.context());
+  folder.write_text("truth.json", truth_json(scene, scene_request));
+  const double make_s = watch.lap();
+
+  Comparison comparison = compare(scene.a, scene.b, CompareOptions{}, run.context());
+  deliver(comparison, scene.a, scene.b, scene.truth, delivery, &folder, make_s, run);
+  if (delivery.json != "-") run.show("\nReport: " + folder.final_path("report.html"));
+  return 0;
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,90 @@
+// isopach <verb> ...: finds the verb, runs it, and turns every failure into one line on stderr and an exit code.
+#include <fmt/core.h>
+
+#include <cstdio>
+#include <exception>
+#include <new>
+
+#include "cli/command.hpp"
+#include "cli/interrupt.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/base/error.hpp"
+#include "isopach/version.hpp"
+
+namespace isopach::cli {
+namespace {
+
+const std::vector<Verb>& verbs() {
+  static const std::vector<Verb> all{
+      {"compare", "how much and where scan B differs from scan A", run_compare},
+      {"info", "what files hold: points, bounds, unit, CRS, attributes, layers", run_info},
+      {"simulate", "two scans of a made scene whose true volumes are known", run_simulate},
+      {"demo", "simulate, compare and report, with the truth beside the result", run_demo},
+      {"convert", "between the supported formats", run_convert},
+  };
+  return all;
+}
+
+std::string overview() {
+  std::string text =
+      "isopach compares two 3D scans of one surface without a grid.\n\nUsage: isopach <verb> [options] ...\n\nVerbs:\n";
+  for (const Verb& verb : verbs()) text += fmt::format("  {:<10} {}\n", verb.name, verb.summary);
+  return text +
+         "\nisopach <verb> --help explains one verb; isopach --version prints the version.\n"
+         "\nExamples:\n"
+         "  isopach demo -o isopach-demo\n"
+         "  isopach compare before.laz after.laz -o result\n"
+         "  isopach info before.laz\n";
+}
+
+int run(const Arguments& words) {
+  if (words.empty()) {
+    std::fputs(overview().c_str(), stderr);
+    return static_cast<int>(ExitCode::usage);
+  }
+  const std::string& word = words.front();
+  if (word == "--help" || word == "-h" || word == "help") {
+    std::fputs(overview().c_str(), stdout);
+    return 0;
+  }
+  if (word == "--version") {
+    fmt::print("isopach {}\n", version);
+    return 0;
+  }
+  std::vector<std::string> names;
+  for (const Verb& verb : verbs()) {
+    if (verb.name == word) return verb.run({words.begin() + 1, words.end()});
+    names.push_back(verb.name);
+  }
+  throw UsageError(fmt::format("unknown verb '{}'{}; isopach --help lists the verbs", word, did_you_mean(word, names)));
+}
+
+int fail(ExitCode code, const std::string& message) {
+  std::string line = message;
+  for (char& c : line)
+    if (c == '\n' || c == '\r') c = ' ';
+  std::fflush(stdout);
+  fmt::print(stderr, "isopach: {}\n", line);
+  return static_cast<int>(code);
+}
+
+}  // namespace
+}  // namespace isopach::cli
+
+int main(int argc, char** argv) {
+  using isopach::ExitCode;
+  isopach::cli::catch_interrupts();
+  try {
+    const int code = isopach::cli::run({argv + 1, argv + argc});
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+      return isopach::cli::fail(ExitCode::internal, "cannot write to standard output: is the disk full?");
+    return code;
+  } catch (const isopach::Error& error) {
+    return isopach::cli::fail(error.code(), error.what());
+  } catch (const std::bad_alloc&) {
+    return isopach::cli::fail(ExitCode::internal,
+                              "out of memory: thin or crop the scans, or use a machine with more memory");
+  } catch (const std::exception& error) {
+    return isopach::cli::fail(ExitCode::internal, fmt::format("internal failure: {}", error.what()));
+  }
+}

@@ -1,0 +1,157 @@
+#include "cli/output.hpp"
+
+#include <fmt/core.h>
+#include <unistd.h>
+
+#include <cmath>
+#include <fstream>
+
+#include "isopach/io/write.hpp"
+#include "isopach/report/text.hpp"
+
+namespace isopach::cli {
+namespace fs = std::filesystem;
+
+OutputFolder::OutputFolder(const std::string& folder)
+    : folder_(folder), staging_(folder_ / fmt::format(".isopach-{}", getpid())) {
+  std::error_code error;
+  if (fs::exists(folder_, error) && !fs::is_directory(folder_, error))
+    throw UsageError(fmt::format("--output {}: is a file, not a folder", folder));
+  std::vector<fs::path> missing;
+  for (fs::path p = fs::absolute(folder_).lexically_normal(); !p.empty() && !fs::exists(p, error); p = p.parent_path())
+    missing.push_back(p);
+  made_.assign(missing.rbegin(), missing.rend());
+  fs::create_directories(staging_, error);
+  if (error) {
+    for (auto p = made_.rbegin(); p != made_.rend(); ++p) fs::remove(*p, error);
+    throw UsageError(fmt::format("--output {}: cannot be written to; choose another folder", folder));
+  }
+}
+
+OutputFolder::~OutputFolder() {
+  std::error_code ignored;
+  fs::remove_all(staging_, ignored);
+  for (auto p = made_.rbegin(); p != made_.rend(); ++p) fs::remove(*p, ignored);  // removes empty folders only
+}
+
+std::string OutputFolder::path(const std::string& name) {
+  names_.push_back(name);
+  return (staging_ / name).string();
+}
+
+void OutputFolder::write_text(const std::string& name, const std::string& text) { write_text_file(path(name), text); }
+
+void OutputFolder::commit() {
+  for (const std::string& name : names_) {
+    std::error_code error;
+    fs::rename(staging_ / name, folder_ / name, error);
+    if (error)
+      throw UsageError(fmt::format("--output {}: {} cannot be put there: {}", folder_.string(), name, error.message()));
+  }
+}
+
+void write_text_file(const std::string& path, const std::string& text) {
+  write_atomically(path, [&](const std::string& temporary) {
+    std::ofstream file(temporary, std::ios::binary);
+    file << text;
+    file.close();
+    if (!file) throw UsageError(fmt::format("{}: cannot be written: is the folder there and the disk not full?", path));
+  });
+}
+
+double Stopwatch::lap() {
+  const auto now = std::chrono::steady_clock::now();
+  const double seconds = std::chrono::duration<double>(now - last_).count();
+  last_ = now;
+  return seconds;
+}
+
+void write_json(const std::string& path, const std::string& text, Run& run) {
+  if (path == "-")
+    run.print(text);
+  else
+    write_text_file(path, text);
+}
+
+void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
+  command.heading("Output");
+  delivery.output = default_folder;
+  CLI::Option* output =
+      command.option("-o,--output", "DIR", delivery.output,
+                     "Folder for result.json, report.html, difference.png, difference.ply, "
+                     "points_a.ply, points_b.ply (LAS in: also points_a.las); made if it is not there");
+  if (!default_folder.empty()) output->capture_default_str();
+  command.option("--json", "FILE", delivery.json,
+                 "The result as JSON to FILE; - prints it, and nothing else, on stdout");
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : palettes()) names.emplace_back(name, name);
+  command.choice<std::string>("--palette", delivery.map.palette, names, "Diverging colours of the map");
+  command.flag("--flip-palette", delivery.map.flip, "Swap the two ends of the palette");
+  command.option("--title", "TEXT", delivery.map.title, "Title of the map; without it the names of the scans");
+  command.option("--map-width", "PIXELS", delivery.map.width, "Width of the map")
+      ->check(CLI::Range(400, 16000).description(""))
+      ->capture_default_str();
+  command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
+  command.flag("--no-cells", delivery.no_cells, "No difference.ply");
+  command.flag("--no-points", delivery.no_points, "No points_a and points_b");
+}
+
+namespace {
+
+bool is_las(const Cloud& cloud) { return cloud.format == "las" || cloud.format == "laz"; }
+
+/// points_a.ply, and for LAS input points_a.las with the same fields as extra bytes.
+void write_scan(const Cloud& cloud, const PointFields& fields, const std::string& name, OutputFolder& folder,
+                const Context& context) {
+  write_points(folder.path(name + ".ply"), cloud, fields, context);
+  if (!is_las(cloud)) return;
+  std::vector<Attribute> extra{{"dz_signed", fields.dz_signed}, {"dz_abs", fields.dz_signed}};
+  for (double& d : extra[1].values) d = std::fabs(d);
+  write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), extra, context);
+}
+
+}  // namespace
+
+void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
+             const Delivery& delivery, OutputFolder* folder, double read_s, Run& run) {
+  const Context& context = run.context();
+  Stopwatch watch;
+  if (folder != nullptr) {
+    if (!delivery.no_cells) write_cells(folder->path("difference.ply"), comparison, context);
+    if (!delivery.no_points) {
+      write_scan(a, comparison.fields_a, "points_a", *folder, context);
+      write_scan(b, comparison.fields_b, "points_b", *folder, context);
+    }
+  }
+  std::string map;
+  if (folder != nullptr && !delivery.no_map)
+    write_map(map = folder->path("difference.png"), comparison, delivery.map, context);
+
+  const double write_s = watch.lap();
+  auto& timing = comparison.timing;
+  timing.stages.insert(timing.stages.begin(), {"read", read_s});
+  timing.stages.emplace_back("write", write_s);
+  timing.total += read_s + write_s;
+
+  std::string json;
+  if (folder != nullptr) {
+    // Both files hold the list of all files, themselves among them.
+    const std::string report = folder->path("report.html"), result = folder->path("result.json");
+    json = comparison_json(comparison, folder->names());
+    write_text_file(result, json);
+    write_html(report, comparison, map, json, truth, context);
+    context.check();
+    folder->commit();
+  } else if (!delivery.json.empty()) {
+    json = comparison_json(comparison, {});
+  }
+  if (!delivery.json.empty()) write_json(delivery.json, json, run);
+
+  if (delivery.json != "-") {
+    run.show(comparison_text(comparison, truth));  // warnings included
+  } else {
+    for (const std::string& warning : comparison.warnings) run.say("warning: " + warning);
+  }
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,67 @@
+// What a run writes: a folder whose files all appear together at the end or not at all, and the outputs of a
+// comparison.
+#pragma once
+#include <chrono>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/command.hpp"
+#include "isopach/compare/comparison.hpp"
+#include "isopach/report/report.hpp"
+
+namespace isopach::cli {
+
+/// Files are written to a folder beside their place and renamed by commit(). Without it (a failure, Ctrl-C) the
+/// destructor removes them, and every folder that was made for them.
+class OutputFolder {
+ public:
+  explicit OutputFolder(const std::string& folder);
+  ~OutputFolder();
+  OutputFolder(const OutputFolder&) = delete;
+  OutputFolder& operator=(const OutputFolder&) = delete;
+
+  /// Where to write the file that will be called `name`.
+  [[nodiscard]] std::string path(const std::string& name);
+  void write_text(const std::string& name, const std::string& text);
+  void commit();
+
+  [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
+  /// The place of `name` after commit().
+  [[nodiscard]] std::string final_path(const std::string& name) const { return (folder_ / name).string(); }
+
+ private:
+  std::filesystem::path folder_, staging_;
+  std::vector<std::filesystem::path> made_;  ///< folders that were not there before, outermost first
+  std::vector<std::string> names_;
+};
+
+/// Text to a file, whole or not at all.
+void write_text_file(const std::string& path, const std::string& text);
+/// The same, or to stdout if `path` is "-".
+void write_json(const std::string& path, const std::string& text, Run& run);
+
+/// Seconds since the last call (or since construction).
+class Stopwatch {
+ public:
+  double lap();
+
+ private:
+  std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
+};
+
+/// What compare and demo deliver.
+struct Delivery {
+  std::string output, json;
+  bool no_map = false, no_cells = false, no_points = false;
+  MapOptions map;
+};
+
+void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder);
+
+/// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here.
+void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
+             const Delivery& delivery, OutputFolder* folder, double read_s, Run& run);
+
+}  // namespace isopach::cli

@@ -1,0 +1,179 @@
+#include "cli/parse.hpp"
+
+#include <fmt/core.h>
+
+#include <charconv>
+#include <cmath>
+#include <fstream>
+#include <sstream>
+
+#include "cli/command.hpp"
+#include "isopach/base/error.hpp"
+
+namespace isopach::cli {
+namespace {
+
+std::vector<std::string> split(const std::string& text, char separator) {
+  std::vector<std::string> parts;
+  std::istringstream stream(text);
+  for (std::string part; std::getline(stream, part, separator);) parts.push_back(part);
+  if (!text.empty() && text.back() == separator) parts.emplace_back();
+  return parts;
+}
+
+std::optional<double> number(std::string_view text) {
+  while (!text.empty() && text.front() == ' ') text.remove_prefix(1);
+  while (!text.empty() && text.back() == ' ') text.remove_suffix(1);
+  if (!text.empty() && text.front() == '+') text.remove_prefix(1);
+  double value = 0;
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  if (error != std::errc{} || end != text.data() + text.size() || !std::isfinite(value)) return std::nullopt;
+  return value;
+}
+
+std::vector<double> numbers(const std::string& text, const std::string& what) {
+  std::vector<double> values;
+  for (const std::string& part : split(text, ',')) values.push_back(parse_number(part, what));
+  return values;
+}
+
+struct Statistic {
+  const char* name;
+  double (*of)(const Comparison&);
+};
+
+// net and mean are judged by their size: a loss is as far from none as a gain.
+constexpr Statistic statistics[] = {
+    {"rho", [](const Comparison& c) { return c.measures.rho; }},
+    {"rms", [](const Comparison& c) { return c.measures.difference.rms; }},
+    {"mean", [](const Comparison& c) { return std::fabs(c.measures.difference.mean); }},
+    {"net", [](const Comparison& c) { return std::fabs(c.measures.volume.net); }},
+    {"above", [](const Comparison& c) { return c.measures.volume.above; }},
+    {"below", [](const Comparison& c) { return c.measures.volume.below; }},
+    {"absolute", [](const Comparison& c) { return c.measures.volume.absolute; }},
+    {"p50", [](const Comparison& c) { return c.measures.difference.abs_percentiles[0]; }},
+    {"p90", [](const Comparison& c) { return c.measures.difference.abs_percentiles[1]; }},
+    {"p95", [](const Comparison& c) { return c.measures.difference.abs_percentiles[2]; }},
+    {"p99", [](const Comparison& c) { return c.measures.difference.abs_percentiles[3]; }},
+    {"max",
+     [](const Comparison& c) { return std::max(c.measures.difference.max_above, c.measures.difference.max_below); }},
+};
+static_assert(percentile_levels == std::array<int, 4>{50, 90, 95, 99});
+
+const Statistic* find_statistic(const std::string& name) {
+  for (const Statistic& statistic : statistics)
+    if (name == statistic.name) return &statistic;
+  return nullptr;
+}
+
+}  // namespace
+
+double parse_number(const std::string& text, const std::string& what) {
+  const std::optional<double> value = number(text);
+  if (!value) throw UsageError(fmt::format("{}: '{}' is not a number", what, text));
+  return *value;
+}
+
+Direction parse_direction(const std::string& text) {
+  using Kind = Direction::Kind;
+  if (text == "x") return {Kind::axis_x, {1, 0, 0}};
+  if (text == "y") return {Kind::axis_y, {0, 1, 0}};
+  if (text == "z") return {Kind::axis_z, {0, 0, 1}};
+  if (text == "fit") return {Kind::fit, {0, 0, 1}};
+  if (text.find(',') == std::string::npos)
+    throw UsageError(fmt::format("--direction: '{}' is not x, y, z, fit or a vector X,Y,Z", text));
+  const std::vector<double> v = numbers(text, "--direction");
+  if (v.size() != 3) throw UsageError(fmt::format("--direction: '{}' has {} numbers; a vector has 3", text, v.size()));
+  if (v[0] == 0 && v[1] == 0 && v[2] == 0) throw UsageError("--direction: 0,0,0 points nowhere");
+  return {Kind::vector, {v[0], v[1], v[2]}};
+}
+
+std::vector<int> parse_classes(const std::string& text) {
+  std::vector<int> classes;
+  for (const std::string& part : split(text, ',')) {
+    const double value = parse_number(part, "--class");
+    if (value < 0 || value > 255 || value != std::floor(value))
+      throw UsageError(fmt::format("--class: '{}' is not a class: whole numbers from 0 to 255, e.g. 2,8", part));
+    classes.push_back(static_cast<int>(value));
+  }
+  if (classes.empty()) throw UsageError("--class: name at least one class, e.g. 2");
+  return classes;
+}
+
+std::optional<Box2> parse_crop(const std::string& text) {
+  const std::vector<double> v = numbers(text, "--crop");
+  if (v.size() != 4 || v[0] > v[2] || v[1] > v[3])
+    throw UsageError(fmt::format("--crop: '{}' is not xmin,ymin,xmax,ymax with min not above max", text));
+  Box2 box;
+  box.min = {v[0], v[1]};
+  box.max = {v[2], v[3]};
+  return box;
+}
+
+std::string parse_unit(const std::string& text) {
+  for (const char* known : {"m", "mm", "cm", "um", "km", "ft", "us-ft", "in"})
+    if (text == known) return text;
+  throw UsageError(fmt::format("--unit: '{}' is not one of m, mm, cm, um, km, ft, us-ft, in", text));
+}
+
+Pose read_pose(const std::string& path) {
+  std::ifstream file(path);
+  if (!file)
+    throw InputError(fmt::format("{}: cannot be opened: --pose wants a file of four lines of four numbers", path));
+  Pose pose;
+  std::size_t count = 0;
+  for (std::string word; file >> word; ++count) {
+    const std::optional<double> value = number(word);
+    if (!value)
+      throw InputError(
+          fmt::format("{}: '{}' is not a finite number; a pose is four lines of four numbers", path, word));
+    if (count < pose.m.size()) pose.m[count] = *value;
+  }
+  if (count != pose.m.size())
+    throw InputError(fmt::format("{}: holds {} numbers; a pose is four lines of four numbers", path, count));
+  if (pose.m[12] != 0 || pose.m[13] != 0 || pose.m[14] != 0 || pose.m[15] != 1)
+    throw InputError(fmt::format("{}: the last row of a pose is 0 0 0 1; is the matrix transposed?", path));
+  const auto& m = pose.m;
+  const double determinant =
+      m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  if (determinant == 0) throw InputError(fmt::format("{}: the matrix flattens space (determinant 0)", path));
+  return pose;
+}
+
+std::vector<Tolerance> parse_tolerances(const std::string& text) {
+  std::vector<Tolerance> tolerances;
+  for (const std::string& part : split(text, ',')) {
+    const std::size_t equals = part.find('=');
+    if (equals == std::string::npos)
+      throw UsageError(fmt::format("--fail-above: '{}' is not STATISTIC=LIMIT, e.g. p95=0.05", part));
+    Tolerance tolerance{part.substr(0, equals), parse_number(part.substr(equals + 1), "--fail-above " + part)};
+    if (find_statistic(tolerance.statistic) == nullptr) {
+      std::vector<std::string> names;
+      for (const Statistic& statistic : statistics) names.emplace_back(statistic.name);
+      throw UsageError(fmt::format("--fail-above: unknown statistic '{}'{}; known: {}", tolerance.statistic,
+                                   did_you_mean(tolerance.statistic, names), statistic_names()));
+    }
+    if (tolerance.limit < 0) throw UsageError(fmt::format("--fail-above: the limit in '{}' is below 0", part));
+    tolerances.push_back(std::move(tolerance));
+  }
+  return tolerances;
+}
+
+std::string statistic_names() {
+  std::string all;
+  for (const Statistic& statistic : statistics) all += (all.empty() ? "" : ", ") + std::string(statistic.name);
+  return all;
+}
+
+std::string exceeded(const Comparison& comparison, const std::vector<Tolerance>& tolerances) {
+  std::string line;
+  for (const Tolerance& tolerance : tolerances) {
+    const double value = find_statistic(tolerance.statistic)->of(comparison);
+    if (!(value <= tolerance.limit))
+      line += fmt::format("{}{} is {:.6g}, above {:.6g}", line.empty() ? "" : "; ", tolerance.statistic, value,
+                          tolerance.limit);
+  }
+  return line;
+}
+
+}  // namespace isopach::cli

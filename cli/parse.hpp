@@ -1,0 +1,36 @@
+// Values of options as text: directions, boxes, classes, poses, tolerances. Each error is one line naming the option.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "isopach/compare/comparison.hpp"
+
+namespace isopach::cli {
+
+/// One finite number; `what` names it in the error.
+[[nodiscard]] double parse_number(const std::string& text, const std::string& what);
+/// x | y | z | fit | X,Y,Z
+[[nodiscard]] Direction parse_direction(const std::string& text);
+/// 2 or 2,8
+[[nodiscard]] std::vector<int> parse_classes(const std::string& text);
+/// xmin,ymin,xmax,ymax
+[[nodiscard]] std::optional<Box2> parse_crop(const std::string& text);
+/// A name of a unit of length.
+[[nodiscard]] std::string parse_unit(const std::string& text);
+/// A file of four lines of four numbers (or sixteen in any lines), row-major, last row 0 0 0 1. InputError names the
+/// file.
+[[nodiscard]] Pose read_pose(const std::string& path);
+
+/// --fail-above: a statistic and the most it may be.
+struct Tolerance {
+  std::string statistic;
+  double limit = 0;
+};
+/// p95=0.05[,max=0.2]
+[[nodiscard]] std::vector<Tolerance> parse_tolerances(const std::string& text);
+/// Names that --fail-above knows, "a, b, c".
+[[nodiscard]] std::string statistic_names();
+/// One line for all tolerances that are exceeded; empty if none is.
+[[nodiscard]] std::string exceeded(const Comparison& comparison, const std::vector<Tolerance>& tolerances);
+
+}  // namespace isopach::cli

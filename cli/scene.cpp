@@ -1,0 +1,53 @@
+#include "cli/scene.hpp"
+
+#include <nlohmann/json.hpp>
+
+namespace isopach::cli {
+
+SceneOptions SceneRequest::scene_options() const {
+  SceneOptions options;
+  options.points_a = points;
+  options.points_b = points_b.value_or(points);
+  options.noise_a = noise;
+  options.noise_b = noise_b.value_or(noise);
+  options.variant = variant;
+  return options;
+}
+
+std::string scene_list() {
+  std::string all;
+  for (const std::string& name : scene_names()) all += (all.empty() ? "" : ", ") + name;
+  return all;
+}
+
+void add_scene_options(Command& command, SceneRequest& request) {
+  command.heading("Scene");
+  command.option("--points", "N", request.points, "Points of each scan, about")->capture_default_str();
+  command.option("--points-b", "N", request.points_b, "Points of scan b (default: as many as a)");
+  command.option("--noise", "SIGMA", request.noise, "Standard deviation of the heights, in the unit of the scene")
+      ->check(CLI::NonNegativeNumber.description(""))
+      ->capture_default_str();
+  command.option("--noise-b", "SIGMA", request.noise_b, "The same of scan b (default: as a)")
+      ->check(CLI::NonNegativeNumber.description(""));
+  command.option("--variant", "NAME", request.variant, "Variant of the scene; an unknown name lists the known ones");
+  add_seed(command, request.seed);
+}
+
+std::string truth_json(const Scene& scene, const SceneRequest& request) {
+  const SceneOptions options = request.scene_options();
+  const Truth& truth = scene.truth;
+  nlohmann::ordered_json json;
+  json["schema"] = "isopach.truth/1";
+  json["scene"] = scene.name;
+  json["description"] = scene.description;
+  json["parameters"] = {{"points_a", options.points_a}, {"points_b", options.points_b}, {"noise_a", options.noise_a},
+                        {"noise_b", options.noise_b},   {"variant", options.variant},   {"seed", request.seed}};
+  json["unit"] = truth.unit;
+  json["area"] = truth.area;
+  json["volume"] = {{"above", truth.above}, {"below", truth.below}, {"net", truth.net}, {"error", truth.error}};
+  json["parts"] = nlohmann::ordered_json::object();
+  for (const auto& [name, value] : truth.parts) json["parts"][name] = value;
+  return json.dump(2) + "\n";
+}
+
+}  // namespace isopach::cli

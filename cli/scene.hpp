@@ -1,0 +1,27 @@
+// What simulate and demo share: the options of a scene, and its truth as JSON.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "cli/command.hpp"
+#include "isopach/simulate/scene.hpp"
+
+namespace isopach::cli {
+
+struct SceneRequest {
+  std::string name = "terrain", variant;
+  std::size_t points = SceneOptions{}.points_a;
+  double noise = 0;
+  std::optional<std::size_t> points_b;  ///< without it as many as a
+  std::optional<double> noise_b;        ///< without it as much as a
+  std::uint64_t seed = 1;
+
+  [[nodiscard]] SceneOptions scene_options() const;
+};
+
+/// Names of the scenes, "a, b, c".
+[[nodiscard]] std::string scene_list();
+void add_scene_options(Command& command, SceneRequest& request);
+[[nodiscard]] std::string truth_json(const Scene& scene, const SceneRequest& request);
+
+}  // namespace isopach::cli

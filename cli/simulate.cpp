@@ -1,0 +1,56 @@
+// isopach simulate SCENE -o DIR
+#include <fmt/core.h>
+
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "cli/scene.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/io/write.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "Two scans of a made scene, a and b, as two scanners would sample it, and the truth about the volumes between "
+    "them.\n";
+
+constexpr const char* footer =
+    "Examples:\n"
+    "  isopach simulate terrain -o scans\n"
+    "  isopach simulate face -o scans --points 300000 --noise 0.02 --noise-b 0.2\n"
+    "  isopach compare scans/a.ply scans/b.ply";
+
+enum class Format { ply, las, xyz };
+
+}  // namespace
+
+int run_simulate(const Arguments& arguments) {
+  SceneRequest scene_request;
+  std::string output;
+  Format format = Format::ply;
+  RunOptions run_options;
+  Command command("simulate", description, footer);
+  command.positional("SCENE", scene_request.name, "One of " + scene_list());
+  command.heading("Output");
+  command.option("-o,--output", "DIR", output, "Folder for a, b and truth.json; made if it is not there")->required();
+  command.choice<Format>("--format", format, {{"ply", Format::ply}, {"las", Format::las}, {"xyz", Format::xyz}},
+                         "Format of the scans");
+  add_scene_options(command, scene_request);
+  add_run_options(command, run_options);
+  if (!command.parse(arguments)) return 0;
+
+  Run run(run_options, scene_request.seed);
+  OutputFolder folder(output);
+  const Scene scene = make_scene(scene_request.name, scene_request.scene_options(), run.context());
+  const std::string extension = format == Format::ply ? ".ply" : format == Format::las ? ".las" : ".xyz";
+  write_cloud(folder.path("a" + extension), scene.a, run.context());
+  write_cloud(folder.path("b" + extension), scene.b, run.context());
+  folder.write_text("truth.json", truth_json(scene, scene_request));
+  run.context().check();
+  folder.commit();
+  run.show(fmt::format("{}: {}\na: {} points, b: {} points, in {}", scene.name, scene.description,
+                       scene.a.points.size(), scene.b.points.size(), output));
+  return 0;
+}
+
+}  // namespace isopach::cli

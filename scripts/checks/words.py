@@ -1,0 +1,45 @@
+#!/usr/bin/env python3
+"""Words that have no place, or one place only: printing, threads, disabled tests, unfinished work, paths of a machine."""
+
+import re
+
+from common import code_of, finish, matches, text_of, tracked
+
+found = []
+
+# The library does not print.
+for name in tracked("src/*.cpp", "src/*.hpp"):
+    for line, word in matches(r"\b(?:std::)?(?:cout|cerr|clog|f?printf|f?puts|putchar|perror)\b|\bfmt::print\b", code_of(name)):
+        found.append((name, line, f"the library does not print: '{word}'"))
+
+# Threads are named in one place.
+THREADS = r"\bstd::(?:thread|jthread|async|mutex|shared_mutex|atomic\w*|condition_variable\w*|call_once|once_flag)\b" \
+          r"|\b(?:oneapi::)?tbb::|\bpthread_\w+|#\s*include\s*<(?:thread|mutex|atomic|future|condition_variable|tbb/[^>]*|oneapi/[^>]*)>"
+for name in tracked("src/*.cpp", "src/*.hpp"):
+    if re.match(r"src/isopach/base/(?:parallel\.[ch]pp|context\.hpp)$", name):
+        continue
+    for line, word in matches(THREADS, code_of(name)):
+        found.append((name, line, f"thread words belong in base/parallel: '{word}'"))
+
+# No test is switched off. A skip says why, and the one reason is data that is not there.
+for name in tracked("tests/*.cpp", "tests/*.hpp", "tests/*.py"):
+    text = text_of(name)
+    for line, word in matches(r"\bDISABLED_\w*|@unittest\.skip\b|@unittest\.expectedFailure|^\s*//\s*TEST(?:_[FP])?\(|#\s*if\s+0\b", text):
+        found.append((name, line, f"disabled test: '{word.strip()}'"))
+    for match in re.finditer(r"GTEST_SKIP\(\)([^;]*);", text):
+        if not re.search(r"shared|data", match.group(1)):
+            line = text.count("\n", 0, match.start()) + 1
+            found.append((name, line, "GTEST_SKIP() without a message about shared data"))
+
+# Nothing unfinished, nothing of one machine. (This file spells the words in pieces, so that it passes itself.)
+UNFINISHED = r"\b(?:TO" r"DO|FIX" r"ME|X" r"XX)\b"
+MACHINE = r"(?<![\w.$}/])/(?:wo" r"rk|ro" r"ot|ho" r"me|tm" r"p)(?:/|\b(?!\w))"
+for name in tracked():
+    if name.endswith((".png", ".ply", ".las", ".laz")) or "/found/" in name:
+        continue
+    text = text_of(name)
+    for line, word in matches(UNFINISHED, text):
+        found.append((name, line, f"unfinished: '{word}'"))
+    for line, word in matches(MACHINE, text):
+        found.append((name, line, f"a path of one machine: '{word}'"))
+finish("words", sorted(set(found)))

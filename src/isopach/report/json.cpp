@@ -1,0 +1,154 @@
+// result.json: the keys of schema isopach.compare/1 in their order (docs/schema/compare-1.json).
+#include <cmath>
+
+#include <nlohmann/json.hpp>
+
+#include "isopach/report/report.hpp"
+#include "isopach/report/words.hpp"
+
+namespace isopach {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+/// JSON knows no NaN and no infinity; null says "not known". −0 is written as 0.
+Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
+
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+
+Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
+
+Json reals(const std::vector<double>& values) {
+  Json out = Json::array();
+  for (const double v : values) out.push_back(real(v));
+  return out;
+}
+
+Json input_json(const InputSummary& in) {
+  const Cleaning& k = in.cleaning;
+  return {{"role", in.role},
+          {"path", in.path},
+          {"points", in.points},
+          {"nodes", in.nodes},
+          {"duplicates", k.duplicates},
+          {"unit", in.unit},
+          {"crs", text_or_null(in.crs)},
+          {"bounds", {{"min", point(in.bounds.min)}, {"max", point(in.bounds.max)}}},
+          {"format", in.format},
+          {"vertical_unit", in.vertical_unit},
+          {"dropped",
+           {{"nonfinite", k.dropped_nonfinite},
+            {"class", k.dropped_class},
+            {"crop", k.dropped_crop},
+            {"nodata", in.nodata}}},
+          {"duplicate_max_spread", real(k.duplicate_max_spread)},
+          {"layered_share", real(in.layered_share)}};
+}
+
+Json crop_json(const std::optional<Box2>& crop) {
+  if (!crop) return nullptr;
+  return Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
+}
+
+Json parameters_json(const Comparison& c) {
+  const CompareOptions& o = c.options;
+  const auto& r = c.frame.rotation;
+  return {{"surface", to_text(o.surface)},
+          {"interpolation", "linear"},
+          {"border", to_text(o.border)},
+          {"domain", to_text(o.domain)},
+          {"measure", "V"},
+          {"duplicates", to_text(o.project.duplicates)},
+          {"direction", point({r[6], r[7], r[8]})},
+          {"direction_rule", to_text(o.project.direction.kind)},
+          {"class", o.project.classes.empty() ? Json(nullptr) : Json(o.project.classes)},
+          {"crop", crop_json(o.project.crop)},
+          {"unit", c.unit},
+          {"locate", to_text(o.locate)},
+          {"min_coverage", real(o.min_coverage)},
+          {"allow_crs", o.allow_crs},
+          {"check_layers", o.check_layers}};
+}
+
+Json pose_json(const Pose& pose) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < 4; ++i)
+    rows.push_back(
+        Json::array({real(pose.m[4 * i]), real(pose.m[4 * i + 1]), real(pose.m[4 * i + 2]), real(pose.m[4 * i + 3])}));
+  return {{"matrix", rows}};
+}
+
+Json difference_json(const DifferenceStatistics& d) {
+  Json percentiles;
+  for (std::size_t i = 0; i < percentile_levels.size(); ++i)
+    percentiles[std::to_string(percentile_levels[i])] = real(d.abs_percentiles[i]);
+  return {{"mean", real(d.mean)},
+          {"rms", real(d.rms)},
+          {"std", real(d.std)},
+          {"median", real(d.median)},
+          {"nmad", real(d.nmad)},
+          {"max_above", real(d.max_above)},
+          {"max_below", real(d.max_below)},
+          {"abs_percentiles", percentiles},
+          {"histogram", {{"edges", reals(d.histogram.edges)}, {"areas", reals(d.histogram.areas)}}}};
+}
+
+/// The stages every comparison has come first, each the sum of the stages of that name; others follow by their own
+/// names.
+Json timing_json(const Timing& timing) {
+  Json out;
+  for (const char* stage : {"read", "delaunay", "spanning_tree", "localise", "merge", "measure", "write"})
+    out[stage] = 0.0;
+  out["total"] = real(timing.total);
+  for (const auto& [stage, seconds] : timing.stages) {
+    if (stage == "total") continue;
+    const double before = out.contains(stage) && out[stage].is_number() ? out[stage].get<double>() : 0.0;
+    out[stage] = real(before + seconds);
+  }
+  return out;
+}
+
+}  // namespace
+
+std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs) {
+  const Measures& m = c.measures;
+  const Json none = nullptr;
+  const Json report = {
+      {"schema", "isopach.compare/1"},
+      {"tool", {{"name", tool_name}, {"version", tool_version}}},
+      {"inputs", Json::array({input_json(c.a), input_json(c.b)})},
+      {"parameters", parameters_json(c)},
+      {"pose", pose_json(c.options.pose)},
+      {"domain", {{"area", real(c.domain_area)}, {"area_union", real(c.area_union)}, {"coverage", real(c.coverage)}}},
+      {"measure",
+       {{"rho", real(m.rho)},
+        {"rho_dv", c.rho_dv < 0 ? none : real(c.rho_dv)},
+        {"error_estimate", real(m.error_estimate)}}},
+      {"volume",
+       {{"above", real(m.volume.above)},
+        {"below", real(m.volume.below)},
+        {"net", real(m.volume.net)},
+        {"absolute", real(m.volume.absolute)}}},
+      {"difference", difference_json(m.difference)},
+      {"triangulations", {{"t1", c.t1}, {"t2", c.t2}, {"common", c.common}, {"interface", c.interface}}},
+      {"localisation",
+       {{"method", c.locate_method}, {"visited_1_in_2", c.visited_1_in_2}, {"visited_2_in_1", c.visited_2_in_1}}},
+      {"uncertainty",
+       {{"model", "none"},
+        {"lod", none},
+        {"sigma_net", none},
+        {"noise_floor", {{"rho", none}, {"above", none}, {"below", none}}}}},
+      {"border",
+       {{"rule", to_text(c.options.border)},
+        {"trimmed_area", 0.0},
+        {"trimmed_volume", 0.0},
+        {"sliver_area", real(c.sliver_area)},
+        {"sliver_volume", real(c.sliver_volume)}}},
+      {"outputs", outputs},
+      {"warnings", c.warnings},
+      {"timing_s", timing_json(c.timing)}};
+  // File names may hold any bytes; JSON is UTF-8.
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+}  // namespace isopach

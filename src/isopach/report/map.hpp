@@ -1,0 +1,18 @@
+// render_map: the picture of difference.png, before it is a file.
+#pragma once
+#include "isopach/report/canvas.hpp"
+#include "isopach/report/report.hpp"
+
+namespace isopach {
+
+/// Limits ±L of the colours: the 99th percentile of |d| by area, rounded up to 2 significant digits; where that is 0
+/// (a small part differs), the largest |d|; where nothing differs beyond rounding, 1.
+[[nodiscard]] double colour_limit(const Comparison& c);
+
+/// Whether d is 0 everywhere, up to the rounding of the coordinates.
+[[nodiscard]] bool shows_no_difference(const Comparison& c);
+
+/// Errors: UsageError for an unknown palette and for a width outside 300 … 20000.
+[[nodiscard]] Image render_map(const Comparison& c, const MapOptions& options, const Context& context);
+
+}  // namespace isopach

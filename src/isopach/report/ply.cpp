@@ -1,0 +1,56 @@
+// difference.ply and points_a.ply / points_b.ply: a Cloud is filled and handed to io.
+#include <cmath>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/io/write.hpp"
+#include "isopach/report/report.hpp"
+
+namespace isopach {
+
+void write_cells(const std::string& path, const Comparison& c, const Context& context) {
+  const Cells& cells = c.cells;
+  const Triangulation& t = cells.triangulation;
+  Array<Index> vertex(cells.xy.size());
+  std::fill(vertex.begin(), vertex.end(), no_index);
+  Cloud out;
+  out.format = "ply";
+  // Vertices in the order in which the triangles first name them: near each other in the file as in the plane.
+  Array<Index> node;
+  for (Index i = 0; i < t.real; ++i) {
+    if (cells.in_domain[i] == 0) continue;
+    std::array<Index, 3> face{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index n = t.triangles[i].v[k];
+      if (vertex[n] == no_index) {
+        vertex[n] = static_cast<Index>(node.size());
+        node.push_back(n);
+      }
+      face[k] = vertex[n];
+    }
+    out.faces.push_back(face);
+  }
+  out.points.resize(node.size());
+  out.attributes.push_back({"dz", Array<double>(node.size())});
+  for_each_index(node.size(), [&](std::size_t i) {
+    const Index n = node[i];
+    out.points[i] = c.frame.to_input({cells.xy[n].x, cells.xy[n].y, cells.z2[n]});
+    out.attributes[0].values[i] = cells.d(n);
+  });
+  write_cloud(path, out, context);
+}
+
+void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context) {
+  if (fields.dz_signed.size() != cloud.points.size())
+    throw Error(ExitCode::internal, path + ": " + std::to_string(cloud.points.size()) + " points but " +
+                                        std::to_string(fields.dz_signed.size()) + " differences");
+  Cloud out;
+  out.format = "ply";
+  out.points = cloud.points;
+  out.attributes.push_back({"dz_signed", fields.dz_signed});
+  out.attributes.push_back({"dz_abs", Array<double>(fields.dz_signed.size())});
+  for_each_index(fields.dz_signed.size(),
+                 [&](std::size_t i) { out.attributes[1].values[i] = std::fabs(fields.dz_signed[i]); });
+  write_cloud(path, out, context);
+}
+
+}  // namespace isopach

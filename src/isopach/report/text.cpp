@@ -1,0 +1,84 @@
+#include "isopach/report/text.hpp"
+
+#include <cmath>
+
+#include <fmt/format.h>
+
+#include "isopach/report/words.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr Typography plain = Typography::plain;
+
+class Summary {
+ public:
+  explicit Summary(const std::string& unit) : unit_(unit) {}
+
+  void line(const std::string& label, const std::string& text) { out_ += fmt::format("  {:<16}{}\n", label, text); }
+  /// A number right-aligned before its unit and a remark.
+  void value(const std::string& label, const std::string& digits, int power, const std::string& remark) {
+    line(label, fmt::format("{:>12} {:<6} {}", digits, unit_text(unit_, power), remark));
+  }
+  void free_line(const std::string& text) { out_ += text + "\n"; }
+  [[nodiscard]] const std::string& str() const { return out_; }
+
+ private:
+  std::string unit_, out_;
+};
+
+void add_input(Summary& s, const InputSummary& in) {
+  const Cleaning& k = in.cleaning;
+  std::string text = input_name(in) + ": " + count(in.points, plain) + " points, " + count(in.nodes, plain) + " nodes";
+  const auto also = [&](std::size_t n, const char* what) {
+    if (n > 0) text += ", " + count(n, plain) + " " + what;
+  };
+  also(k.duplicates, "duplicates merged");
+  also(k.dropped_nonfinite, "not finite");
+  also(k.dropped_class, "of other classes");
+  also(k.dropped_crop, "outside the crop");
+  also(in.nodata, "no data");
+  s.line(in.role, text);
+}
+
+void add_truth(Summary& s, const Truth& truth, const Measures& m) {
+  const auto row = [&](const char* label, double known, double measured) {
+    const std::string relative =
+        known == 0 ? "" : ", " + signed_number(100 * (measured - known) / std::fabs(known), plain, 2) + " %";
+    s.value(label, number(known, plain), 3, "off by " + signed_number(measured - known, plain, 2) + relative);
+  };
+  row("true gained", truth.above, m.volume.above);
+  row("true lost", truth.below, m.volume.below);
+  row("true net", truth.net, m.volume.net);
+}
+
+}  // namespace
+
+std::string comparison_text(const Comparison& c, const std::optional<Truth>& truth) {
+  const Measures& m = c.measures;
+  const DifferenceStatistics& d = m.difference;
+  Summary s(c.unit);
+  const auto n = [](double v) { return number(v, plain); };
+  s.free_line(
+      headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + unit_text(c.unit, power); }));
+  add_input(s, c.a);
+  add_input(s, c.b);
+  s.value("gained", n(m.volume.above), 3, "volume where B lies above A");
+  s.value("lost", n(m.volume.below), 3, "volume where B lies below A");
+  s.value("net", signed_number(m.volume.net, plain), 3, "gained - lost");
+  s.value("mean |d| (rho)", n(m.rho), 1, "(gained + lost) / area");
+  s.value("mean d", signed_number(d.mean, plain), 1, "d = B - A, positive where B lies above A");
+  s.value("rms of d", n(d.rms), 1, "std " + n(d.std) + ", nmad " + n(d.nmad));
+  const auto& p = d.abs_percentiles;
+  s.value("|d| at 95 %", n(p[2]), 1, "of the area; 50 %: " + n(p[0]) + ", 90 %: " + n(p[1]) + ", 99 %: " + n(p[3]));
+  s.value("largest", signed_number(d.max_above, plain), 1, "above, " + signed_number(-d.max_below, plain) + " below");
+  s.value("area compared", n(c.domain_area), 2,
+          fixed_number(100 * c.coverage, 1, plain) + " % of the area of both scans");
+  if (truth) add_truth(s, *truth, m);
+  if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
+  s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));
+  for (const std::string& w : c.warnings) s.free_line("warning: " + clean_utf8(w));
+  return s.str();
+}
+
+}  // namespace isopach

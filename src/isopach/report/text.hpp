@@ -1,0 +1,15 @@
+// comparison_text: the summary that `isopach compare` prints.
+#pragma once
+#include <optional>
+#include <string>
+
+#include "isopach/compare/comparison.hpp"
+#include "isopach/simulate/scene.hpp"
+
+namespace isopach {
+
+/// About fifteen aligned lines: the result in a sentence, the inputs, the numbers with units, the truth where it is
+/// known, warnings last. Ends with a newline; no colours.
+[[nodiscard]] std::string comparison_text(const Comparison& c, const std::optional<Truth>& truth);
+
+}  // namespace isopach

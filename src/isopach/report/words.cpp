@@ -1,0 +1,178 @@
+#include "isopach/report/words.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include <fmt/format.h>
+
+namespace isopach {
+namespace {
+
+constexpr std::string_view narrow_space = "\u202f";
+constexpr std::string_view minus_sign = "−";
+
+std::string grouped(const std::string& digits, Typography typography) {
+  const std::string_view space = typography == Typography::fine ? narrow_space : std::string_view(" ");
+  const std::size_t whole = std::min(digits.find('.'), digits.size());
+  std::string out;
+  for (std::size_t i = 0; i < whole; ++i) {
+    // A group of four is left whole: 1234, but 12 345.
+    if (whole > 4 && i > 0 && (whole - i) % 3 == 0) out += space;
+    out += digits[i];
+  }
+  return out + digits.substr(whole);
+}
+
+std::string superscript(const std::string& digits) {
+  static constexpr std::array<const char*, 10> raised{"⁰", "¹", "²", "³", "⁴", "⁵", "⁶", "⁷", "⁸", "⁹"};
+  std::string out;
+  for (const char c : digits) out += c == '-' ? "⁻" : raised[static_cast<std::size_t>(c - '0')];
+  return out;
+}
+
+std::string scientific(double magnitude, Typography typography, int significant) {
+  const std::string plain = fmt::format("{:.{}e}", magnitude, significant - 1);
+  if (typography == Typography::plain) return plain;
+  const std::size_t e = plain.find('e');
+  return plain.substr(0, e) + "×10" + superscript(std::to_string(std::stoi(plain.substr(e + 1))));
+}
+
+std::string sign_text(bool negative, Typography typography) {
+  if (!negative) return "";
+  return std::string(typography == Typography::fine ? minus_sign : std::string_view("-"));
+}
+
+/// Length of the valid UTF-8 sequence at `i`, 0 if there is none (overlong forms and surrogates are none).
+std::size_t utf8_length(std::string_view s, std::size_t i) {
+  const auto byte = [&](std::size_t k) { return k < s.size() ? static_cast<unsigned char>(s[k]) : 0u; };
+  const auto tail = [&](std::size_t k) { return (byte(k) & 0xC0u) == 0x80u; };
+  const unsigned b = byte(i), next = byte(i + 1);
+  if (b < 0x80) return 1;
+  if (b >= 0xC2 && b < 0xE0) return tail(i + 1) ? 2 : 0;
+  if (b >= 0xE0 && b < 0xF0) {
+    const bool legal = (b != 0xE0 || next >= 0xA0) && (b != 0xED || next < 0xA0);
+    return legal && tail(i + 1) && tail(i + 2) ? 3 : 0;
+  }
+  if (b >= 0xF0 && b < 0xF5) {
+    const bool legal = (b != 0xF0 || next >= 0x90) && (b != 0xF4 || next < 0x90);
+    return legal && tail(i + 1) && tail(i + 2) && tail(i + 3) ? 4 : 0;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string number(double value, Typography typography, int significant) {
+  if (!std::isfinite(value)) return "n/a";
+  if (value == 0) return "0";
+  const double magnitude = std::fabs(value);
+  std::string digits;
+  if (magnitude < 1e-4 || magnitude >= 1e15) {
+    digits = scientific(magnitude, typography, significant);
+  } else {
+    const int exponent = static_cast<int>(std::floor(std::log10(magnitude)));
+    digits = grouped(fmt::format("{:.{}f}", magnitude, std::max(0, significant - 1 - exponent)), typography);
+  }
+  return sign_text(value < 0, typography) + digits;
+}
+
+std::string signed_number(double value, Typography typography, int significant) {
+  return (value > 0 ? "+" : "") + number(value, typography, significant);
+}
+
+std::string fixed_number(double value, int decimals, Typography typography) {
+  if (!std::isfinite(value)) return "n/a";
+  std::string digits = fmt::format("{:.{}f}", std::fabs(value), decimals);
+  const bool zero = digits.find_first_not_of("0.") == std::string::npos;
+  return sign_text(value < 0 && !zero, typography) + grouped(digits, typography);
+}
+
+std::string count(std::uint64_t value, Typography typography) { return grouped(std::to_string(value), typography); }
+
+int decimals_for(double span) {
+  if (!(span > 0) || !std::isfinite(span)) return 3;
+  return std::clamp(3 - static_cast<int>(std::floor(std::log10(span))), 0, 9);
+}
+
+std::string unit_text(const std::string& unit, int power) {
+  const std::string base = unit == "unknown" || unit.empty() ? "units" : unit == "us-ft" ? "US ft" : unit;
+  return base + (power == 3 ? "³" : power == 2 ? "²" : "");
+}
+
+std::string unit_sentence(const std::string& unit) {
+  return unit == "unknown" || unit.empty() ? "units unknown (as in the files)" : unit_text(unit);
+}
+
+std::string clean_utf8(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size();) {
+    const std::size_t length = utf8_length(text, i);
+    const bool control = length == 1 && (static_cast<unsigned char>(text[i]) < 0x20 || text[i] == 0x7F);
+    if (length == 0 || control) {
+      out += "\uFFFD";
+      i += 1;
+    } else {
+      out.append(text.substr(i, length));
+      i += length;
+    }
+  }
+  return out;
+}
+
+std::string input_name(const InputSummary& input) {
+  const std::string name = input.path.substr(input.path.find_last_of("/\\") + 1);
+  return clean_utf8(name.empty() ? input.role : name);
+}
+
+std::string headline(const Comparison& c, const Quantity& quantity) {
+  const Measures& m = c.measures;
+  if (m.difference.max_above == 0 && m.difference.max_below == 0)
+    return "B and A do not differ: d is 0 everywhere on the " + quantity("domain.area", c.domain_area, 2) +
+           " compared.";
+  const double mean = m.difference.mean;
+  const std::string level = mean == 0 ? std::string("B lies on average neither above nor below A")
+                                      : "B lies on average " + quantity("difference.mean", std::fabs(mean), 1) +
+                                            (mean > 0 ? " above A" : " below A");
+  return level + ": " + quantity("volume.above", m.volume.above, 3) + " gained and " +
+         quantity("volume.below", m.volume.below, 3) + " lost on " + quantity("domain.area", c.domain_area, 2) + ".";
+}
+
+const char* to_text(DuplicatePolicy policy) {
+  switch (policy) {
+    case DuplicatePolicy::mean:
+      return "mean";
+    case DuplicatePolicy::min:
+      return "min";
+    case DuplicatePolicy::max:
+      return "max";
+    case DuplicatePolicy::median:
+      return "median";
+    case DuplicatePolicy::first:
+      return "first";
+    case DuplicatePolicy::error:
+      return "error";
+  }
+  return "";
+}
+const char* to_text(Surface) { return "common"; }
+const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
+const char* to_text(BorderRule) { return "hull"; }
+const char* to_text(LocateMethod) { return "tree"; }
+const char* to_text(Direction::Kind kind) {
+  switch (kind) {
+    case Direction::Kind::axis_x:
+      return "x";
+    case Direction::Kind::axis_y:
+      return "y";
+    case Direction::Kind::axis_z:
+      return "z";
+    case Direction::Kind::vector:
+      return "vector";
+    case Direction::Kind::fit:
+      return "fit";
+  }
+  return "";
+}
+
+}  // namespace isopach

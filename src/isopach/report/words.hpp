@@ -1,0 +1,59 @@
+// Words and numbers for people: what map, HTML page and terminal summary share, so that they say the same.
+// Nothing here changes a value; the exact one stands in result.json.
+#pragma once
+#include <cstdint>
+#include <functional>
+#include <string>
+#include <string_view>
+
+#include "isopach/compare/comparison.hpp"
+
+namespace isopach {
+
+/// plain: ASCII signs, for terminals ("-1 234.5", "1.2e-07"). fine: for print ("−1 234.5" with a narrow no-break space,
+/// "1.2×10⁻⁷").
+enum class Typography { plain, fine };
+
+/// `significant` digits, never fewer than the integer part has; thousands grouped; "n/a" for NaN and infinities.
+[[nodiscard]] std::string number(double value, Typography typography, int significant = 4);
+
+/// With a sign, "+" included (0 has none).
+[[nodiscard]] std::string signed_number(double value, Typography typography, int significant = 4);
+
+/// Fixed number of decimals, thousands grouped: coordinates.
+[[nodiscard]] std::string fixed_number(double value, int decimals, Typography typography);
+
+[[nodiscard]] std::string count(std::uint64_t value, Typography typography);
+
+/// Decimals that tell apart 1/1000 of `span`, between 0 and 9.
+[[nodiscard]] int decimals_for(double span);
+
+/// "m", "m²", "m³"; "US ft²"; "units" where the unit is unknown.
+[[nodiscard]] std::string unit_text(const std::string& unit, int power = 1);
+
+/// "m", or "units unknown (as in the files)".
+[[nodiscard]] std::string unit_sentence(const std::string& unit);
+
+/// Last part of the path; the role where there is no path. Always valid UTF-8 without control characters.
+[[nodiscard]] std::string input_name(const InputSummary& input);
+
+/// `text` with every byte that is not part of valid UTF-8, and every control character, replaced by U+FFFD.
+[[nodiscard]] std::string clean_utf8(std::string_view text);
+
+/// The result in one sentence. `quantity` writes one number with its unit, given its key in result.json (e.g.
+/// "volume.net"), the value to print and the power of the unit.
+using Quantity = std::function<std::string(const std::string& key, double value, int power)>;
+[[nodiscard]] std::string headline(const Comparison& c, const Quantity& quantity);
+
+[[nodiscard]] const char* to_text(DuplicatePolicy policy);
+[[nodiscard]] const char* to_text(Surface surface);
+[[nodiscard]] const char* to_text(DomainKind domain);
+[[nodiscard]] const char* to_text(BorderRule border);
+[[nodiscard]] const char* to_text(LocateMethod method);
+[[nodiscard]] const char* to_text(Direction::Kind kind);
+
+inline constexpr std::string_view tool_name = "isopach";
+inline constexpr std::string_view tool_version = "0.1.0";
+inline constexpr std::string_view sign_rule = "d = B − A, positive where B lies above A";
+
+}  // namespace isopach

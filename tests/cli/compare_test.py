@@ -1,0 +1,184 @@
+"""isopach compare: what its numbers must obey, and that each option acts."""
+
+import json
+import random
+import unittest
+
+from support import CliTest, points, without_timing
+
+
+class Laws(CliTest):
+    def test_same_bytes_for_any_threads(self):
+        self.write("a.xyz", points(1, n=20000))
+        self.write("b.xyz", points(2, n=15000, lift=0.5))
+        texts = {without_timing(self.run_cli("compare", "a.xyz", "b.xyz", "--json", "-", "--threads", n).stdout)
+                 for n in [1, 2, 7]}
+        self.assertEqual(len(texts), 1)
+
+    def test_order_of_points_does_not_matter(self):
+        a, b = self.scans()
+        first = without_timing(self.run_cli("compare", a, b, "--json", "-").stdout)
+        for name in [a, b]:
+            lines = self.path(name).read_text().split("\n")[:-1]
+            random.Random(7).shuffle(lines)
+            self.write(name, lines)
+        self.assertEqual(without_timing(self.run_cli("compare", a, b, "--json", "-").stdout), first)
+
+    def test_swap_mirrors(self):
+        a, b = self.scans()
+        forward, back = self.result("compare", a, b), self.result("compare", b, a)
+        self.assertEqual(forward["measure"]["rho"], back["measure"]["rho"])
+        self.assertEqual(forward["volume"]["above"], back["volume"]["below"])
+        self.assertEqual(forward["volume"]["below"], back["volume"]["above"])
+        self.assertEqual(forward["volume"]["net"], -back["volume"]["net"])
+        self.assertEqual(forward["difference"]["max_above"], back["difference"]["max_below"])
+
+    def test_self_is_zero(self):
+        a, _ = self.scans()
+        result = self.result("compare", a, a)
+        self.assertEqual(result["measure"]["rho"], 0)
+        self.assertEqual(set(result["volume"].values()), {0})
+        self.assertEqual(result["domain"]["coverage"], 1)
+
+    def test_lifted_plane(self):
+        """The same plane 0.25 higher over 29 x 19: every number is known."""
+        grid = [(x, y) for x in range(30) for y in range(20)]
+        self.write("a.xyz", [(x, y, 1.0) for x, y in grid])
+        self.write("b.xyz", [(x, y, 1.25) for x, y in grid])
+        result = self.result("compare", "a.xyz", "b.xyz")
+        self.assertEqual(result["domain"]["area"], 29 * 19)
+        self.assertEqual(result["measure"]["rho"], 0.25)
+        self.assertEqual(result["volume"]["net"], 0.25 * 29 * 19)
+        self.assertEqual(result["difference"]["mean"], 0.25)
+
+
+class Output(CliTest):
+    FILES = {"result.json", "report.html", "difference.png", "difference.ply", "points_a.ply", "points_b.ply"}
+
+    def test_text_only_without_output(self):
+        a, b = self.scans()
+        run = self.run_cli("compare", a, b)
+        self.assertGreater(run.stdout.count("\n"), 5)
+        self.assertEqual(run.stderr, "")
+        self.assertNotIn("\x1b", run.stdout)
+        self.assertEqual({p.name for p in self.folder.iterdir()}, {a, b})
+
+    def test_folder(self):
+        a, b = self.scans()
+        self.run_cli("compare", a, b, "-o", "new/folder", "--json", "copy.json")
+        self.assertEqual({p.name for p in self.path("new/folder").iterdir()}, self.FILES)
+        result = json.loads(self.path("new/folder/result.json").read_text())
+        self.assertEqual(set(result["outputs"]), self.FILES)
+        self.assertEqual(self.path("copy.json").read_text(), self.path("new/folder/result.json").read_text())
+        self.assertTrue(self.path("new/folder/difference.png").read_bytes().startswith(b"\x89PNG"))
+        self.assertTrue(self.path("new/folder/difference.ply").read_bytes().startswith(b"ply\n"))
+        self.run_cli("compare", a, b, "-o", "new/folder")  # again, over the old files
+
+    def test_files_left_out(self):
+        a, b = self.scans()
+        for option, gone in [("--no-map", {"difference.png"}), ("--no-cells", {"difference.ply"}),
+                             ("--no-points", {"points_a.ply", "points_b.ply"})]:
+            self.run_cli("compare", a, b, "-o", option[2:], option)
+            self.assertEqual({p.name for p in self.path(option[2:]).iterdir()}, self.FILES - gone)
+
+    def test_failure_keeps_the_old_files(self):
+        a, b = self.scans()
+        self.run_cli("compare", a, b, "-o", "out")
+        before = {p.name: p.read_bytes() for p in self.path("out").iterdir()}
+        self.fails(3, "compare", a, "nowhere.ply", "-o", "out")
+        self.assertEqual({p.name: p.read_bytes() for p in self.path("out").iterdir()}, before)
+
+    def test_json_alone_on_stdout(self):
+        a, b = self.scans()
+        run = self.run_cli("compare", a, b, "--json", "-", "-o", "out")
+        result = json.loads(run.stdout)
+        self.assertEqual(result["schema"], "isopach.compare/1")
+        self.assertNotIn("NaN", run.stdout)
+        self.assertEqual(list(result)[:2], ["schema", "tool"])
+        self.assertEqual(list(result)[-1], "timing_s")
+
+    def test_map_options(self):
+        a, b = self.scans()
+        maps = set()
+        for words in [(), ("--flip-palette",), ("--palette", "purple-orange"), ("--map-width", "800"),
+                      ("--title", "Another")]:
+            self.run_cli("compare", a, b, "-o", "out", *words)
+            maps.add(self.path("out/difference.png").read_bytes())
+        self.assertEqual(len(maps), 5)
+
+    def test_las_in_las_out(self):
+        a, b = self.scans()
+        self.run_cli("convert", a, "a.las")
+        self.run_cli("compare", "a.las", b, "-o", "out")
+        self.assertTrue(self.path("out/points_a.las").read_bytes().startswith(b"LASF"))
+        info = json.loads(self.run_cli("info", "out/points_a.las", "--json", "-").stdout)["files"][0]
+        self.assertEqual(info["points"], 400)
+        self.assertLessEqual({"dz_signed", "dz_abs"}, set(info["attributes"]))
+
+    def test_quiet_verbose_progress(self):
+        a, b = self.scans()
+        run = self.run_cli("compare", a, b, "--quiet")
+        self.assertEqual((run.stdout, run.stderr), ("", ""))
+        self.assertIn("delaunay", self.run_cli("compare", a, b, "--verbose").stderr)
+        self.assertIn("%", self.run_cli("compare", a, b, "--progress", "bar").stderr)
+        self.assertEqual(self.run_cli("compare", a, b, "--progress", "none").stderr, "")
+        for line in self.run_cli("compare", a, b, "--progress", "json").stderr.splitlines():
+            self.assertEqual(set(json.loads(line)), {"stage", "fraction"})
+
+
+class Options(CliTest):
+    def test_each_option_acts(self):
+        a, b = self.scans(n=600)
+        self.write("b.xyz", points(2, n=600, lift=0.5) + [(x, y, z + 4) for x, y, z in points(2, n=600, lift=0.5)[::9]])
+        self.write("pose.txt", ["1 0 0 0.5", "0 1 0 0", "0 0 1 -0.5", "0 0 0 1"])
+        seen = {json.dumps(self.result("compare", a, b)["measure"])}
+        for words in [("--domain", "hull"), ("--duplicates", "min"), ("--duplicates", "max"), ("--direction", "0.1,0,1"),
+                      ("--direction", "fit"), ("--crop", "2,2,20,15"), ("--pose", "pose.txt")]:
+            with self.subTest(words=words):
+                text = json.dumps(self.result("compare", a, b, *words)["measure"])
+                self.assertNotIn(text, seen)
+                seen.add(text)
+
+    def test_pose_undoes_a_shift(self):
+        self.write("a.xyz", points(1))
+        self.write("b.xyz", [(x + 64, y - 32, z + 2) for x, y, z in points(1)])
+        self.write("pose.txt", ["1 0 0 -64 0 1 0 32 0 0 1 -2 0 0 0 1"])
+        self.assertLess(self.result("compare", "a.xyz", "b.xyz", "--pose", "pose.txt")["measure"]["rho"], 1e-9)
+
+    def test_unit(self):
+        a, b = self.scans()
+        self.assertIn(" mm", self.run_cli("compare", a, b, "--unit", "mm").stdout)
+        self.assertNotIn(" mm", self.run_cli("compare", a, b).stdout)
+
+    def test_direction_y_is_a_rotated_z(self):
+        a, b = self.scans()
+        for name in [a, b]:
+            rows = [line.split() for line in self.path(name).read_text().splitlines()]
+            self.write("turned-" + name, [f"{y} {z} {x}" for x, y, z in rows])
+        self.assertAlmostEqual(self.result("compare", "turned-a.xyz", "turned-b.xyz", "--direction", "y")["measure"]["rho"],
+                               self.result("compare", a, b)["measure"]["rho"], places=12)
+
+
+class Config(CliTest):
+    def test_file_acts_and_the_command_line_wins(self):
+        a, b = self.scans()
+        self.write("options.txt", ["# options of this project", 'domain = "hull"  # wider', "crop = [2, 2, 20, 15]", "quiet"])
+        quiet = self.run_cli("compare", a, b, "--config", "options.txt", "--json", "-")
+        options = ("compare", a, b, "--json", "-", "--crop", "2,2,20,15")
+        self.assertEqual(without_timing(quiet.stdout), without_timing(self.run_cli(*options, "--domain", "hull").stdout))
+        self.assertEqual(without_timing(self.run_cli("compare", a, b, "--json", "-", "--config", "options.txt", "--domain",
+                                                     "overlap").stdout),
+                         without_timing(self.run_cli(*options).stdout))
+        self.assertEqual(self.run_cli("compare", a, b, "--config", "options.txt").stdout, "")
+
+    def test_unknown_key_and_bad_value(self):
+        a, b = self.scans()
+        self.write("options.txt", ["", "domian = hull"])
+        self.fails(2, "compare", a, b, "--config", "options.txt", says=["options.txt:2", "domian", "'domain'"])
+        self.write("options.txt", ["domain = everywhere"])
+        self.fails(2, "compare", a, b, "--config", "options.txt", says=["--domain", "everywhere"])
+        self.fails(2, "compare", a, b, "--config", "nowhere.txt", says=["nowhere.txt"])
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,102 @@
+"""info, simulate, demo, convert, and what all verbs share."""
+
+import json
+import unittest
+
+from support import CliTest, points
+
+
+class Help(CliTest):
+    def test_every_verb(self):
+        overview = self.run_cli("--help").stdout
+        verbs = ["compare", "info", "simulate", "demo", "convert"]
+        for verb in verbs:
+            self.assertIn(f"\n  {verb} ", overview)
+            text = self.run_cli(verb, "--help").stdout
+            for word in [f"Usage: isopach {verb}", "Examples:", "--threads", "--config"]:
+                self.assertIn(word, text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 120)
+            self.assertRegex(self.run_cli(verb, "--version").stdout, r"^isopach \d+\.\d+\.\d+\n$")
+
+    def test_version(self):
+        self.assertRegex(self.run_cli("--version").stdout, r"^isopach \d+\.\d+\.\d+\n$")
+
+
+class Info(CliTest):
+    def test_numbers(self):
+        grid = [(float(x), float(y), 0.5 * x) for x in range(30) for y in range(20)]
+        self.write("grid.xyz", grid + [(3.0, 4.0, 9.0)])
+        info = self.result("info", "grid.xyz")["files"][0]
+        self.assertEqual((info["points"], info["nodes"], info["duplicates"]), (601, 600, 1))
+        self.assertEqual(info["bounds"], {"min": [0, 0, 0], "max": [29, 19, 14.5]})
+        self.assertEqual(info["spacing"], 1)
+        self.assertEqual(info["crs"], None)
+        text = self.run_cli("info", "grid.xyz", "grid.xyz").stdout
+        self.assertEqual(text.count("grid.xyz\n"), 2)
+
+
+class Simulate(CliTest):
+    def simulate(self, folder, *words):
+        self.run_cli("simulate", "terrain", "-o", folder, "--points", "3000", *words)
+        return {p.name: p.read_bytes() for p in self.path(folder).iterdir()}
+
+    def test_files_and_seed(self):
+        first = self.simulate("one", "--noise", "0.01")
+        self.assertEqual(set(first), {"a.ply", "b.ply", "truth.json"})
+        self.assertEqual(self.simulate("two", "--noise", "0.01", "--threads", "1"), first)
+        self.assertNotEqual(self.simulate("three", "--noise", "0.01", "--seed", "2")["a.ply"], first["a.ply"])
+        self.assertNotEqual(self.simulate("four", "--noise", "0.02")["a.ply"], first["a.ply"])
+        more = self.simulate("five", "--noise", "0.01", "--points-b", "6000")
+        self.assertEqual(more["a.ply"], first["a.ply"])
+        self.assertGreater(len(more["b.ply"]), 1.5 * len(first["b.ply"]))
+        self.assertNotEqual(self.simulate("six", "--noise", "0.01", "--noise-b", "0.5")["b.ply"], first["b.ply"])
+        self.assertEqual(set(self.simulate("seven", "--format", "xyz")), {"a.xyz", "b.xyz", "truth.json"})
+
+    def test_truth_is_met(self):
+        self.run_cli("simulate", "terrain", "-o", "scans", "--points", "40000")
+        truth = json.loads(self.path("scans/truth.json").read_text())
+        result = self.result("compare", "scans/a.ply", "scans/b.ply")
+        self.assertAlmostEqual(result["volume"]["above"] / truth["volume"]["above"], 1, delta=0.05)
+        self.assertAlmostEqual(result["volume"]["below"] / truth["volume"]["below"], 1, delta=0.05)
+
+    def test_unknown_names(self):
+        self.fails(2, "simulate", "moon", "-o", "out", says=["moon", "terrain"])
+        self.fails(2, "simulate", "terrain", "-o", "out", "--variant", "green", says=["green"])
+        self.fails(2, "simulate", "terrain", says=["--output"])
+
+
+class Demo(CliTest):
+    def test_report(self):
+        run = self.run_cli("demo", "-o", "out", "--points", "5000")
+        self.assertIn("out/report.html", run.stdout)
+        names = {p.name for p in self.path("out").iterdir()}
+        self.assertLessEqual({"report.html", "result.json", "truth.json", "a.ply", "b.ply", "difference.png"}, names)
+
+
+class Convert(CliTest):
+    def test_round_trip(self):
+        rows = points(1)
+        self.write("a.xyz", rows)
+        for extension in ["ply", "pcd", "obj", "csv"]:
+            self.run_cli("convert", "a.xyz", f"b.{extension}")
+            self.run_cli("convert", f"b.{extension}", "c.xyz")
+            back = [tuple(map(float, line.split()[:3])) for line in self.path("c.xyz").read_text().splitlines()
+                    if line[:1] not in "#/x"]
+            self.assertEqual(back, rows, extension)
+
+    def test_pose(self):
+        self.write("a.xyz", points(1))
+        self.write("pose.txt", ["0 -1 0 10", "1 0 0 20", "0 0 1 30", "0 0 0 1"])
+        self.run_cli("convert", "a.xyz", "b.ply", "--pose", "pose.txt")
+        before, after = self.result("info", "a.xyz", "b.ply")["files"]
+        low, high = before["bounds"]["min"], before["bounds"]["max"]
+        self.assertEqual(after["bounds"]["min"], [10 - high[1], 20 + low[0], 30 + low[2]])
+
+    def test_unknown_extension(self):
+        self.write("a.xyz", points(1))
+        run = self.run_cli("convert", "a.xyz", "b.doc", code=2)
+        self.assertIn("b.doc", run.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,28 @@
+# Installs the build to a prefix of its own, then configures, builds and runs the consumer against that prefix alone.
+file(REMOVE_RECURSE ${WORK})
+set(prefix ${WORK}/prefix)
+
+function(step)
+  execute_process(COMMAND ${ARGN} RESULT_VARIABLE result OUTPUT_VARIABLE output ERROR_VARIABLE output)
+  if(NOT result EQUAL 0)
+    message(FATAL_ERROR "failed (${result}): ${ARGN}\n${output}")
+  endif()
+  set(output "${output}" PARENT_SCOPE)
+endfunction()
+
+set(flags "")
+if(SANITIZE)
+  set(flags -fsanitize=${SANITIZE})
+endif()
+step(${CMAKE_COMMAND} --install ${ISOPACH_BUILD} --prefix ${prefix})
+step(${CMAKE_COMMAND} -G ${GENERATOR} -S ${CMAKE_CURRENT_LIST_DIR} -B ${WORK}/build -DCMAKE_PREFIX_PATH=${prefix}
+  -DCMAKE_CXX_COMPILER=${CXX} -DCMAKE_CXX_FLAGS=${flags} -DCMAKE_BUILD_TYPE=Release)
+step(${CMAKE_COMMAND} --build ${WORK}/build)
+step(${WORK}/build/consumer)
+message(STATUS "${output}")
+if(NOT output MATCHES "^isopach [0-9.]+ rho 0.25 area 551")
+  message(FATAL_ERROR "the consumer printed something else than rho 0.25 on area 551: ${output}")
+endif()
+if(EXISTS ${prefix}/bin/isopach)
+  step(${prefix}/bin/isopach --version)
+endif()
