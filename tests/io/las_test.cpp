@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
-#include <cstdlib>
 #include <cstring>
 #include <filesystem>
 #include <fstream>
@@ -13,17 +12,15 @@
 #include <limits>
 
 #include "isopach/io/las_format.hpp"
+#include "tests/support/random.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace isopach {
 namespace {
 
 namespace fs = std::filesystem;
 
-fs::path shared_data(const std::string& relative) {
-  const char* const named = std::getenv("ISOPACH_SHARED");
-  const fs::path root = named != nullptr ? fs::path(named) : fs::path(__FILE__).parent_path() / "../../../shared";
-  return root / "data" / relative;
-}
+fs::path shared_data(const std::string& relative) { return test::shared_data(relative).value_or(relative); }
 
 #define SKIP_IF_ABSENT(path) \
   if (!fs::exists(path)) GTEST_SKIP() << "shared data absent: " << (path)
@@ -168,7 +165,7 @@ TEST_F(LasTest, CompressedEqualsPlain) {
         "loadersgl-las/pdrf4-1.3", "loadersgl-las/pdrf5-1.3", "loadersgl-las/pdrf6-1.4", "loadersgl-las/pdrf8-1.4",
         "loadersgl-las/pdrf9-1.5", "loadersgl-ripple/ripple", "pdal-las/simple"}) {
     SCOPED_TRACE(stem);
-    const std::string path = shared_data(std::string("formats/") + stem).string();
+    const std::string path = (shared_data("formats") / stem).string();
     const Cloud plain = read(path + ".las"), compressed = read(path + ".laz");
     EXPECT_EQ(plain.format, "las");
     EXPECT_EQ(compressed.format, "laz");
@@ -396,17 +393,13 @@ TEST_F(LasTest, FilesKnownToBeBrokenAreRefused) {
 // Every truncation and flip either reads, or fails with a message that names the file; nothing crashes or hangs.
 void mutate(const fs::path& source, const fs::path& scratch) {
   const std::string good = slurp(source);
-  std::uint64_t state = 1;
-  const auto next = [&](std::size_t n) {
-    state = state * 6364136223846793005ULL + 1442695040888963407ULL;
-    return static_cast<std::size_t>((state >> 33) % n);
-  };
+  test::Random random(1);
   for (int i = 0; i < 150; ++i) {
     std::string bytes = good;
-    if (i % 3 == 0) bytes.resize(next(good.size()));
-    const std::size_t flips = i % 3 == 0 ? 0 : 1 + next(4),
+    if (i % 3 == 0) bytes.resize(random.below(good.size()));
+    const std::size_t flips = i % 3 == 0 ? 0 : 1 + random.below(4),
                       reach = i % 3 == 1 ? std::min<std::size_t>(good.size(), 600) : good.size();
-    for (std::size_t k = 0; k < flips; ++k) bytes[next(reach)] = static_cast<char>(next(256));
+    for (std::size_t k = 0; k < flips; ++k) bytes[random.below(reach)] = static_cast<char>(random.below(256));
     spit(scratch, bytes);
     try {
       const Cloud cloud = read(scratch);

@@ -13,7 +13,6 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
-#include <memory>
 
 namespace isopach {
 namespace {
@@ -38,6 +37,15 @@ std::string wkt_of(const OGRSpatialReference& reference, const char* format) {
   return wkt;
 }
 
+// The system of the EPSG registry that is the same but perhaps for its name.
+std::string best_match(const OGRSpatialReference& reference) {
+  OGRSpatialReference* const match = reference.FindBestMatch();
+  if (match == nullptr) return {};
+  const std::string code = epsg_code(*match, nullptr);
+  match->Release();
+  return code;
+}
+
 std::string name_of(const OGRSpatialReference& reference) {
   if (const std::string whole = epsg_code(reference, nullptr); !whole.empty()) return "EPSG:" + whole;
   if (reference.IsCompound()) {
@@ -46,6 +54,7 @@ std::string name_of(const OGRSpatialReference& reference) {
     // A vertical part that only names its unit adds nothing: the unit has a place of its own.
     if (!horizontal.empty()) return "EPSG:" + horizontal + (vertical.empty() ? "" : "+" + vertical);
   }
+  if (const std::string code = best_match(reference); !code.empty()) return "EPSG:" + code;
   const std::string wkt = wkt_of(reference, "DEFAULT");
   return wkt.empty() ? wkt_of(reference, "WKT2_2019") : wkt;
 }
@@ -128,9 +137,7 @@ std::string unit_of_length(double metres) {
 
 Crs describe_crs(const OGRSpatialReference& reference) {
   if (reference.IsEmpty()) return {};
-  std::unique_ptr<OGRSpatialReference> known(reference.Clone());
-  if (epsg_code(*known, nullptr).empty() && known->IsProjected() && !known->IsCompound()) known->AutoIdentifyEPSG();
-  return {name_of(*known), horizontal_unit(*known), vertical_unit(*known)};
+  return {name_of(reference), horizontal_unit(reference), vertical_unit(reference)};
 }
 
 Crs crs_from_wkt(const std::string& wkt) {

@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cstring>
+#include <optional>
+#include <sstream>
 
 #include "isopach/base/error.hpp"
 
@@ -31,6 +33,11 @@ class Handle {
   [[nodiscard]] bool open_reader(const std::string& path) {
     laszip_BOOL compressed = 0;
     reading_ = laszip_open_reader(pointer_, path.c_str(), &compressed) == 0;
+    return reading_;
+  }
+  [[nodiscard]] bool open_reader(std::istream& stream) {
+    laszip_BOOL compressed = 0;
+    reading_ = laszip_open_reader_stream(pointer_, stream, &compressed) == 0;
     return reading_;
   }
   [[nodiscard]] bool open_writer(const std::string& path) {
@@ -118,6 +125,8 @@ const LasRecord* laszip_record(const LasFile& file) {
   throw InputError(fmt::format("{}: {}: get the file again", path, cause));
 }
 
+bool is_layered(const LasFile& file) { return get_le<std::uint16_t>(laszip_record(file)->data.data()) == 3; }
+
 void check_items(const LasFile& file, const std::string& path) {
   const LasRecord* const record = laszip_record(file);
   if (record == nullptr || record->data.size() < 34)
@@ -134,12 +143,62 @@ void check_items(const LasFile& file, const std::string& path) {
     length += stated;
     if (type != 0 && type != 14) types.push_back(type);
   }
+  if (is_layered(file) != (file.format >= 6)) fail(path, "LASzip's record names a compressor of other point formats");
   if (length != file.record_length || types != items_of(file.format))
     fail(path, "LASzip's record and the LAS header describe different points");
 }
 
+struct Chunk {
+  std::size_t at, length, points;
+};
+
+// The chunks of a layered file (point formats 6 to 10), found without the table at the end: a chunk is one plain point,
+// the number of points, the length of each layer, and the layers.
+std::vector<Chunk> find_chunks(const LasFile& file, const std::string& path) {
+  const std::size_t colours = file.format == 7 ? 1 : file.format == 8 || file.format == 10 ? 2 : 0;
+  const std::size_t extra = file.record_length - las_record_length[static_cast<std::size_t>(file.format)];
+  const std::size_t layers = 9 + colours + (file.format >= 9 ? 1 : 0) + extra;
+  const std::size_t head = file.record_length + 4 + 4 * layers, size = file.bytes.size();
+  std::vector<Chunk> chunks;
+  std::size_t at = file.points_at + 8;
+  for (std::size_t found = 0; found < file.count;) {
+    const bool fits = at <= size && size - at >= head;
+    const std::size_t points = fits ? get_le<std::uint32_t>(file.bytes.data() + at + file.record_length) : 0;
+    std::size_t length = head;
+    for (std::size_t i = 0; fits && i < layers; ++i)
+      length += get_le<std::uint32_t>(file.bytes.data() + at + file.record_length + 4 + 4 * i);
+    if (points == 0 || length > size - at)
+      fail(path, fmt::format("the header promises {} points, {} are there in whole chunks", file.count, found));
+    chunks.push_back({at, length, std::min(points, file.count - found)});
+    found += points;
+    at += length;
+  }
+  return chunks;
+}
+
+// A file of its own for one chunk: LASzip trusts the table of chunks without checking it, and here it meets none.
+std::string file_of_chunk(const LasFile& file, const Chunk& chunk) {
+  constexpr std::size_t header = 375;
+  const std::span<const char> record = laszip_record(file)->whole;
+  std::string bytes(file.bytes.data(), header);
+  char* const h = bytes.data();
+  h[25] = 4;
+  put_le(h + 94, static_cast<std::uint16_t>(header));
+  put_le(h + 96, static_cast<std::uint32_t>(header + record.size()));
+  put_le<std::uint32_t>(h + 100, 1);
+  put_le<std::uint32_t>(h + 107, 0);
+  put_le<std::uint64_t>(h + 227, 0), put_le<std::uint64_t>(h + 235, 0), put_le<std::uint32_t>(h + 243, 0);
+  put_le<std::uint64_t>(h + 247, chunk.points);
+  bytes.append(record.data(), record.size());
+  put_le(bytes.data() + header + 54 + 12, static_cast<std::uint32_t>(chunk.points));  // points in a chunk
+  const std::uint64_t no_table = bytes.size();
+  bytes.append(reinterpret_cast<const char*>(&no_table), sizeof no_table);
+  bytes.append(file.bytes.data() + chunk.at, chunk.length);
+  return bytes;
+}
+
 // LASzip takes memory for as many chunks as the table says; each needs room for a first, uncompressed point.
-void check_chunks(const LasFile& file, const std::string& path) {
+void check_table(const LasFile& file, const std::string& path) {
   const LasRecord* const record = laszip_record(file);
   if (get_le<std::uint16_t>(record->data.data()) < 2) return;  // not in chunks
   const std::size_t size = file.bytes.size();
@@ -197,32 +256,49 @@ void pack(const laszip_point& p, int format, std::size_t length, char* record) {
 }  // namespace
 
 struct LazReader::State {
-  Handle laszip;
   std::string path;
+  const LasFile& file;
+  std::vector<Chunk> chunks;  // empty unless layered
+  std::size_t next_chunk = 0, left = 0, done = 0;
+  std::istringstream stream;
+  std::optional<Handle> laszip;
   laszip_point* point = nullptr;
-  int format = 0;
-  std::size_t length = 0, count = 0, done = 0;
+
+  void open() {
+    laszip.emplace();
+    bool good = true;
+    if (chunks.empty()) {
+      good = laszip->open_reader(path);
+      left = file.count;
+    } else {
+      const Chunk& chunk = chunks[next_chunk++];
+      stream = std::istringstream(file_of_chunk(file, chunk));
+      good = laszip->open_reader(stream);
+      left = chunk.points;
+    }
+    if (!good || laszip_get_point_pointer(laszip->get(), &point) != 0) fail(path, laszip->error());
+  }
 };
 
-LazReader::LazReader(const std::string& path, const LasFile& file) : state_(std::make_unique<State>()) {
+LazReader::LazReader(const std::string& path, const LasFile& file) : state_(new State{path, file, {}}) {
   check_items(file, path);
-  check_chunks(file, path);
-  state_->path = path;
-  state_->format = file.format;
-  state_->length = file.record_length;
-  state_->count = file.count;
-  if (!state_->laszip.open_reader(path)) fail(path, state_->laszip.error());
-  if (laszip_get_point_pointer(state_->laszip.get(), &state_->point) != 0) fail(path, state_->laszip.error());
+  if (is_layered(file))
+    state_->chunks = find_chunks(file, path);
+  else
+    check_table(file, path);
 }
 
 LazReader::~LazReader() = default;
 
 void LazReader::next(char* record) {
-  if (laszip_read_point(state_->laszip.get()) != 0)
-    fail(state_->path, fmt::format("point {} of {} cannot be decompressed ({})", state_->done + 1, state_->count,
-                                   state_->laszip.error()));
-  ++state_->done;
-  pack(*state_->point, state_->format, state_->length, record);
+  State& state = *state_;
+  if (state.left == 0) state.open();
+  if (laszip_read_point(state.laszip->get()) != 0)
+    fail(state.path, fmt::format("point {} of {} cannot be decompressed ({})", state.done + 1, state.file.count,
+                                 state.laszip->error()));
+  --state.left;
+  ++state.done;
+  pack(*state.point, state.file.format, state.file.record_length, record);
 }
 
 void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {

@@ -12,7 +12,7 @@ namespace isopach {
 /// Reads the points of a LAZ or COPC file one after another, as the records an uncompressed file would hold.
 class LazReader {
  public:
-  /// Throws InputError if the compressed points cannot be opened, or contradict the header.
+  /// Throws InputError if the compressed points contradict the header. `file` must outlive the reader.
   LazReader(const std::string& path, const LasFile& file);
   ~LazReader();
   LazReader(const LazReader&) = delete;
