@@ -12,7 +12,7 @@ namespace {
 double along_edge(const Point2& q, const Point2& a, const Point2& b, double za, double zb) {
   const double dx = b.x - a.x, dy = b.y - a.y;
   const double s = ((q.x - a.x) * dx + (q.y - a.y) * dy) / (dx * dx + dy * dy);
-  return za + std::clamp(s, 0.0, 1.0) * (zb - za);
+  return std::clamp(za + std::clamp(s, 0.0, 1.0) * (zb - za), std::min(za, zb), std::max(za, zb));
 }
 
 double cross(const Point2& o, const Point2& a, const Point2& b) {

@@ -241,7 +241,7 @@ class Page {
     close_table();
     out_ += "<p class=\"soft\">The scene is simulated, so the true volumes are known" +
             (truth.error > 0 ? " to within " + number(truth.error, fine, 2) + "\u00a0" + unit(3) : " in closed form") +
-            ".";
+            ". Of the measured volumes: " + noise_note + ".";
     if (!truth.parts.empty()) {
       out_ += " Features of the scene:";
       std::string separator = " ";
