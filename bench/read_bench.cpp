@@ -1,4 +1,4 @@
-// How fast files are read and written: isopach-read-bench FOLDER [POINTS] makes random files of map coordinates in
+// How fast files are read and written: read_bench FOLDER [POINTS] makes random files of map coordinates in
 // millimetres in FOLDER, and prints the best of five reads of each and the writes of one million points.
 #include <fmt/format.h>
 

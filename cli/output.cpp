@@ -139,7 +139,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
     const std::string report = folder->path("report.html"), result = folder->path("result.json");
     json = comparison_json(comparison, folder->names());
     write_text_file(result, json);
-    write_html(report, comparison, map, json, truth, context);
+    write_html(report, comparison, map, json, truth, context, delivery.map);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

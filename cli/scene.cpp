@@ -5,11 +5,11 @@
 namespace isopach::cli {
 
 SceneOptions SceneRequest::scene_options() const {
-  SceneOptions options;
-  options.points_a = points;
-  options.points_b = points_b.value_or(points);
-  options.noise_a = noise;
-  options.noise_b = noise_b.value_or(noise);
+  SceneOptions options = scene_defaults(name);
+  if (points) options.points_a = options.points_b = *points;
+  if (points_b) options.points_b = *points_b;
+  if (noise) options.noise_a = options.noise_b = *noise;
+  if (noise_b) options.noise_b = *noise_b;
   options.variant = variant;
   return options;
 }
@@ -22,12 +22,14 @@ std::string scene_list() {
 
 void add_scene_options(Command& command, SceneRequest& request) {
   command.heading("Scene");
-  command.option("--points", "N", request.points, "Points of each scan, about")->capture_default_str();
-  command.option("--points-b", "N", request.points_b, "Points of scan b (default: as many as a)");
-  command.option("--noise", "SIGMA", request.noise, "Standard deviation of the heights, in the unit of the scene")
-      ->check(CLI::NonNegativeNumber.description(""))
-      ->capture_default_str();
-  command.option("--noise-b", "SIGMA", request.noise_b, "The same of scan b (default: as a)")
+  command.option("--points", "N", request.points,
+                 "Points of each scan, about (default: the scene's own, 100000 or so)");
+  command.option("--points-b", "N", request.points_b, "Points of scan b (default: as --points)");
+  command
+      .option("--noise", "SIGMA", request.noise,
+              "Standard deviation of the heights, in the unit of the scene (default: its own)")
+      ->check(CLI::NonNegativeNumber.description(""));
+  command.option("--noise-b", "SIGMA", request.noise_b, "The same of scan b (default: as --noise)")
       ->check(CLI::NonNegativeNumber.description(""));
   command.option("--variant", "NAME", request.variant, "Variant of the scene; an unknown name lists the known ones");
   add_seed(command, request.seed);

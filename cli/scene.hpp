@@ -10,10 +10,8 @@ namespace isopach::cli {
 
 struct SceneRequest {
   std::string name = "terrain", variant;
-  std::size_t points = SceneOptions{}.points_a;
-  double noise = 0;
-  std::optional<std::size_t> points_b;  ///< without it as many as a
-  std::optional<double> noise_b;        ///< without it as much as a
+  std::optional<std::size_t> points, points_b;  ///< without them the scene's own; b without its own option as a
+  std::optional<double> noise, noise_b;
   std::uint64_t seed = 1;
 
   [[nodiscard]] SceneOptions scene_options() const;

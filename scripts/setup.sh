@@ -10,7 +10,9 @@ set -euo pipefail
 
 packages=(
   # tools
-  g++ cmake ninja-build pkg-config ccache clang-format
+  git make g++ cmake ninja-build pkg-config ccache python3
+  # checks and fuzzing
+  clang clang-format
   # the library
   libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev libproj-dev libpng-dev
   libcairo2-dev fonts-dejavu-core

@@ -52,12 +52,16 @@ class Simulate(CliTest):
         self.assertNotEqual(self.simulate("six", "--noise", "0.01", "--noise-b", "0.5")["b.ply"], first["b.ply"])
         self.assertEqual(set(self.simulate("seven", "--format", "xyz")), {"a.xyz", "b.xyz", "truth.json"})
 
-    def test_truth_is_met(self):
-        self.run_cli("simulate", "terrain", "-o", "scans", "--points", "40000")
-        truth = json.loads(self.path("scans/truth.json").read_text())
-        result = self.result("compare", "scans/a.ply", "scans/b.ply")
-        self.assertAlmostEqual(result["volume"]["above"] / truth["volume"]["above"], 1, delta=0.05)
-        self.assertAlmostEqual(result["volume"]["below"] / truth["volume"]["below"], 1, delta=0.05)
+    def test_denser_scans_come_closer_to_the_truth(self):
+        errors = []
+        for points_of_each in [5000, 80000]:
+            self.run_cli("simulate", "terrain", "-o", "scans", "--points", points_of_each)
+            truth = json.loads(self.path("scans/truth.json").read_text())["volume"]
+            volume = self.result("compare", "scans/a.ply", "scans/b.ply")["volume"]
+            errors.append([abs(volume[part] / truth[part] - 1) for part in ["above", "below"]])
+        for coarse, dense in zip(*errors):
+            self.assertLess(dense, coarse / 2)
+            self.assertLess(dense, 0.1)
 
     def test_unknown_names(self):
         self.fails(2, "simulate", "moon", "-o", "out", says=["moon", "terrain"])

@@ -71,6 +71,18 @@ TEST(TextTest, CommentThatDoesNotFitTheColumnsNamesNothing) {
   expect_two_points("# z up, x east, y north\n1.5 -2 3\n4 5.25 -6e3\n");
 }
 
+TEST(TextTest, HeaderShorterThanTheLinesIsNoted) {
+  expect_two_points("x y z\n1.5 -2 3 0\n4 5.25 -6e3 0\n");
+  EXPECT_EQ(parse("x y z\n1 2 3 4\n").notes.size(), 1u);
+  EXPECT_TRUE(parse("x y z\n1 2 3\n").notes.empty());
+}
+
+TEST(TextTest, ColumnsOfTextAreNoAttributes) {
+  const Cloud cloud = parse("name,x,y,z,q\nA,1,2,3,4\nB,5,6,7,8\n");
+  ASSERT_EQ(cloud.attributes.size(), 1u);
+  EXPECT_EQ(cloud.attributes[0].name, "q");
+}
+
 TEST(TextTest, AttributesByNameAndByDefault) {
   const std::string text = "x,y,z,GpsTime,Classification,Red\n1,2,3,4,5,6\n7,8,9,10,11,12\n";
   const Cloud all = parse(text);

@@ -117,9 +117,8 @@ TEST_P(CompareFamilies, SwappingMirrorsToTheLastBit) {
     EXPECT_EQ(ba.measures.difference.mean, -ab.measures.difference.mean);
     EXPECT_EQ(ba.measures.difference.rms, ab.measures.difference.rms);
     // Quantiles come from sums of areas, which are as good as the areas: slivers of one ulp have none worth the name.
-    if (GetParam().name != "nearly_diagonal")
-      for (std::size_t i = 0; i < 4; ++i)
-        EXPECT_NEAR(ba.measures.difference.abs_percentiles[i], ab.measures.difference.abs_percentiles[i], 1e-9);
+    for (std::size_t i = 0; i < 4 && GetParam().name != "nearly_diagonal"; ++i)
+      EXPECT_NEAR(ba.measures.difference.abs_percentiles[i], ab.measures.difference.abs_percentiles[i], 1e-9);
     EXPECT_EQ(ba.domain_area, ab.domain_area);
     EXPECT_EQ(ba.area_union, ab.area_union);
     EXPECT_EQ(ba.coverage, ab.coverage);

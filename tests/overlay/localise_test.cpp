@@ -182,17 +182,20 @@ TEST(Localise, VisitsAConstantNumberOfTrianglesPerUniformNode) {
   EXPECT_LT(per_node[1], 10);
 }
 
-TEST(Localise, EndsForCoordinatesWhoseProductsUnderflowOrOverflow) {
-  for (const double scale : {1e-200, 1e200}) {
-    const auto scaled = [&](Points points) {
-      for (Point2& p : points) p = {p.x * scale, p.y * scale};
-      return triangulate_unsorted(points, {});
-    };
-    const SortedTriangulation mesh = scaled(uniform(50, 88));
-    const Locations found = localise_all(scaled(Points{{2, 2}, {0.5, 0.5}, {-1, 0.5}, {0.5, -9}}), mesh);
-    EXPECT_EQ(std::count(found.kind.begin(), found.kind.end(), Kind::outside), 3);
-  }
+void expect_three_outside(double scale) {
+  const auto scaled = [&](Points points) {
+    for (Point2& p : points) p = {p.x * scale, p.y * scale};
+    return triangulate_unsorted(points, {});
+  };
+  const SortedTriangulation mesh = scaled(uniform(50, 88));
+  const Locations found = localise_all(scaled(Points{{2, 2}, {0.5, 0.5}, {-1, 0.5}, {0.5, -9}}), mesh);
+  EXPECT_EQ(std::count(found.kind.begin(), found.kind.end(), Kind::outside), 3) << scale;
 }
+
+TEST(Localise, EndsForCoordinatesWhoseProductsOverflow) { expect_three_outside(1e200); }
+TEST(Localise, EndsForSmallCoordinates) { expect_three_outside(1e-150); }
+// The foot on a hull edge is a product of two lengths: 0 for all edges when they are this small.
+TEST(Localise, EndsForCoordinatesWhoseProductsUnderflow) { expect_three_outside(1e-200); }
 
 }  // namespace
 }  // namespace isopach::test

@@ -15,6 +15,7 @@ TEST(Words, NumbersKeepSignificantDigitsAndGroupThousands) {
   EXPECT_EQ(number(-0.0, plain), "0");
   EXPECT_EQ(number(1234.56, plain), "1235");
   EXPECT_EQ(number(12345.6, plain), "12 346");
+  EXPECT_EQ(number(99.99999, plain), "100.0");
   EXPECT_EQ(number(-1234567.8, plain), "-1 234 568");
   EXPECT_EQ(number(0.0021234, plain), "0.002123");
   EXPECT_EQ(number(1.23456e-7, plain), "1.235e-07");

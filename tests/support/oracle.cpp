@@ -4,6 +4,8 @@
 #include <boost/multiprecision/cpp_int.hpp>
 #include <cmath>
 #include <limits>
+#include <set>
+#include <utility>
 
 namespace isopach::test {
 namespace {
@@ -258,26 +260,32 @@ std::optional<long double> BruteSurface::at(const Point2& q) const {
         std::sqrt(square_distance(xy[corners[0]], q) / square_distance(xy[corners[0]], xy[corners[1]]));
     return z[corners[0]] + u * (static_cast<long double>(z[corners[1]]) - z[corners[0]]);
   }
-  const auto vertex = [](const Point2& p) { return Vertex{p.x, p.y, 0}; };
-  const Vertex a = vertex(xy[corners[0]]), b = vertex(xy[corners[1]]), c = vertex(xy[corners[2]]), v = vertex(q);
-  const long double wa = doubled_area(v, b, c), wb = doubled_area(a, v, c), wc = doubled_area(a, b, v);
+  // Weights are quotients of areas, and those of slivers are lost in any rounding: exact until the division.
+  const auto p = exact_points(std::array{xy[corners[0]], xy[corners[1]], xy[corners[2]], q});
+  const auto weight = [](const ExactPoint& u, const ExactPoint& v, const ExactPoint& w) {
+    const Integer area = (v.x - u.x) * (w.y - u.y) - (v.y - u.y) * (w.x - u.x);
+    return area.convert_to<long double>();
+  };
+  const long double wa = weight(p[3], p[1], p[2]), wb = weight(p[0], p[3], p[2]), wc = weight(p[0], p[1], p[3]);
   return (wa * z[corners[0]] + wb * z[corners[1]] + wc * z[corners[2]]) / (wa + wb + wc);
 }
 
 long double BruteSurface::clamped_at(const Point2& q) const {
   if (const auto inside = at(q)) return *inside;
   long double nearest = std::numeric_limits<long double>::infinity(), value = 0;
-  // Every edge will do: outside the hull the nearest point of all edges is on the boundary.
+  // Boundary edges only: an edge inside may come as near, up to rounding, if it ends one ulp from the boundary.
+  std::set<std::pair<std::size_t, std::size_t>> sides;
   for (const Triple& t : triangles)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const std::size_t i = t[k], j = t[(k + 1) % 3];
-      const long double ux = static_cast<long double>(xy[j].x) - xy[i].x,
-                        uy = static_cast<long double>(xy[j].y) - xy[i].y;
-      const long double vx = static_cast<long double>(q.x) - xy[i].x, vy = static_cast<long double>(q.y) - xy[i].y;
-      const long double s = std::clamp((ux * vx + uy * vy) / (ux * ux + uy * uy), 0.0L, 1.0L);
-      const long double dx = vx - s * ux, dy = vy - s * uy, distance = dx * dx + dy * dy;
-      if (distance < nearest) nearest = distance, value = z[i] + s * (static_cast<long double>(z[j]) - z[i]);
-    }
+    for (std::size_t k = 0; k < 3; ++k) sides.insert({t[k], t[(k + 1) % 3]});
+  for (const auto& [i, j] : sides) {
+    if (sides.count({j, i}) != 0) continue;
+    const long double ux = static_cast<long double>(xy[j].x) - xy[i].x,
+                      uy = static_cast<long double>(xy[j].y) - xy[i].y;
+    const long double vx = static_cast<long double>(q.x) - xy[i].x, vy = static_cast<long double>(q.y) - xy[i].y;
+    const long double s = std::clamp((ux * vx + uy * vy) / (ux * ux + uy * uy), 0.0L, 1.0L);
+    const long double dx = vx - s * ux, dy = vy - s * uy, distance = dx * dx + dy * dy;
+    if (distance < nearest) nearest = distance, value = z[i] + s * (static_cast<long double>(z[j]) - z[i]);
+  }
   return value;
 }
 

@@ -26,17 +26,17 @@ struct RasterGrid {
 };
 
 struct Cloud {
-  Array<Point3> points;                                  ///< as in the file, NaN and infinities included
-  std::vector<Attribute> attributes;                     ///< each as long as points
-  Array<std::array<Index, 3>> faces;                     ///< triangles (polygons are fanned); empty if none
-  std::string path;                                      ///< where it was read from; empty if made in memory
-  std::string format;                                    ///< "xyz", "ply", "las", "laz", "obj", "stl", "pcd", "raster"
-  std::string unit = "unknown";                          ///< of x and y: "m", "mm", "ft", "us-ft", "deg", "unknown"
-  std::string vertical_unit = "unknown";                 ///< of z
-  std::string crs;                                       ///< WKT or "EPSG:n"; empty if none
-  std::optional<RasterGrid> grid;                        ///< set when read from a raster
-  std::size_t nodata = 0;                                ///< raster cells (or points) the file itself marks as no data
-  std::vector<std::string> notes;                        ///< one-line remarks of the reader, shown as warnings
+  Array<Point3> points;                   ///< as in the file, NaN and infinities included
+  std::vector<Attribute> attributes;      ///< each as long as points
+  Array<std::array<Index, 3>> faces;      ///< triangles (polygons are fanned); empty if none
+  std::string path;                       ///< where it was read from; empty if made in memory
+  std::string format;                     ///< "xyz", "ply", "las", "laz", "obj", "stl", "pcd", "raster"
+  std::string unit = "unknown";           ///< of x and y: "m", "mm", "ft", "us-ft", "deg", "unknown"
+  std::string vertical_unit = "unknown";  ///< of z
+  std::string crs;                        ///< WKT or "EPSG:n"; empty if none
+  std::optional<RasterGrid> grid;         ///< set when read from a raster
+  std::size_t nodata = 0;                 ///< raster cells (or points) the file itself marks as no data
+  std::vector<std::string> notes;         ///< one-line remarks of the reader, shown as warnings
 
   [[nodiscard]] const Attribute* find_attribute(const std::string& name) const {
     for (const Attribute& a : attributes)

@@ -66,9 +66,9 @@ double longest_edge2(const CellView& cells, std::size_t i) {
   return longest;
 }
 
-// A border sliver: a cell with an edge over ten times the median, reached from the rim of the domain through such
+// A border sliver: a cell with an edge over five times the median, reached from the rim of the domain through such
 // cells.
-constexpr double sliver_length = 10;
+constexpr double sliver_length = 5;
 constexpr double sliver_warning_share = 0.01;
 
 std::vector<Index> border_slivers(const CellView& cells) {
@@ -115,7 +115,7 @@ void describe_slivers(const CellView& cells, Comparison& c) {
     c.warnings.push_back(
         fmt::format("long thin triangles along the border of the scans carry {:.1f} % of the absolute volume on {:.1f} "
                     "% of the area: "
-                    "crop to the surveyed area if the border is not of interest",
+                    "they bridge gaps between the outermost points, so look at the map before trusting that part",
                     100 * c.sliver_volume, 100 * c.sliver_area));
 }
 

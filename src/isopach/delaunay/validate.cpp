@@ -49,8 +49,10 @@ std::optional<std::string> check_circles(const Triangulation& t, std::span<const
   return std::nullopt;
 }
 
+// Turning left everywhere is not enough: a ring may wind twice, or run to and fro on a line. Once round has one least
+// node.
 std::optional<std::string> check_hull(const Triangulation& t, std::span<const Point2> xy) {
-  Index ring = 0;
+  Index ring = 0, least = 0;
   Index g = t.real;
   do {
     const Index following = triangle_of(t.triangles[g].n[2]);
@@ -59,10 +61,12 @@ std::optional<std::string> check_hull(const Triangulation& t, std::span<const Po
     if (t.triangles[following].v[1] != b) return at("ghost ring is broken", g);
     const int turn = orientation(xy[a], xy[b], xy[c]);
     if (t.real == 0 ? turn != 0 : turn < 0) return at("hull is not convex", g);
+    if (lexicographic_less(xy[b], xy[a]) && lexicographic_less(xy[b], xy[c])) ++least;
     g = following;
     ++ring;
   } while (g != t.real && ring <= t.ghosts());
   if (ring != t.ghosts()) return "the hull is not one ring";
+  if (least != 1) return "the hull goes round more than once, or to and fro";
   return std::nullopt;
 }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cassert>
+#include <cmath>
 #include <cstdint>
 #include <cstring>
 
@@ -155,6 +156,13 @@ class BigInt {
     return a + b;
   }
   [[nodiscard]] int sign() const { return size_ == 0 ? 0 : (negative_ ? -1 : 1); }
+  /// The value times 2^exponent; the three upper words carry more bits than a double.
+  [[nodiscard]] double scaled(int exponent) const {
+    double value = 0;
+    for (std::size_t i = size_; i-- > 0 && i + 3 >= size_;)
+      value += std::ldexp(static_cast<double>(limb_[i]), static_cast<int>(64 * i) + exponent);
+    return negative_ ? -value : value;
+  }
 
  private:
   void trim() {
@@ -202,10 +210,17 @@ BigInt big(const CommonScale<N>& scale, std::size_t i) {
   return {scale.parts[i].mantissa, scale.parts[i].mantissa == 0 ? 0 : scale.parts[i].exponent - scale.low};
 }
 
-int orientation_wide(const CommonScale<6>& s) {
+BigInt twice_area_wide(const CommonScale<6>& s) {
   const BigInt left = (big(s, 0) - big(s, 4)) * (big(s, 3) - big(s, 5));
   const BigInt right = (big(s, 1) - big(s, 5)) * (big(s, 2) - big(s, 4));
-  return (left - right).sign();
+  return left - right;
+}
+
+Int128 twice_area_narrow(const CommonScale<6>& s) {
+  const std::int64_t cx = s.as_int64(4), cy = s.as_int64(5);
+  const Int128 left = static_cast<Int128>(s.as_int64(0) - cx) * (s.as_int64(3) - cy);
+  const Int128 right = static_cast<Int128>(s.as_int64(1) - cy) * (s.as_int64(2) - cx);
+  return left - right;
 }
 
 int in_circle_wide(const CommonScale<8>& s) {
@@ -229,11 +244,13 @@ namespace exact {
 
 int orientation(const Point2& a, const Point2& b, const Point2& c) {
   const CommonScale<6> s({a.x, a.y, b.x, b.y, c.x, c.y});
-  if (s.width > 61) return orientation_wide(s);
-  const std::int64_t cx = s.as_int64(4), cy = s.as_int64(5);
-  const Int128 left = static_cast<Int128>(s.as_int64(0) - cx) * (s.as_int64(3) - cy);
-  const Int128 right = static_cast<Int128>(s.as_int64(1) - cy) * (s.as_int64(2) - cx);
-  return sign_of(left - right);
+  return s.width > 61 ? twice_area_wide(s).sign() : sign_of(twice_area_narrow(s));
+}
+
+double twice_area(const Point2& a, const Point2& b, const Point2& c) {
+  const CommonScale<6> s({a.x, a.y, b.x, b.y, c.x, c.y});
+  if (s.width > 61) return twice_area_wide(s).scaled(2 * s.low);
+  return std::ldexp(static_cast<double>(twice_area_narrow(s)), 2 * s.low);
 }
 
 int in_circle(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {

@@ -19,6 +19,8 @@ namespace exact {
 /// The exact stages, callable alone so that tests can compare them with the filtered ones.
 [[nodiscard]] int orientation(const Point2& a, const Point2& b, const Point2& c);
 [[nodiscard]] int in_circle(const Point2& a, const Point2& b, const Point2& c, const Point2& d);
+/// Twice the signed area of a, b, c, computed exactly and rounded: for triangles so thin that rounding would eat them.
+[[nodiscard]] double twice_area(const Point2& a, const Point2& b, const Point2& c);
 }  // namespace exact
 
 inline constexpr double orientation_filter = 3.3306690738754716e-16;

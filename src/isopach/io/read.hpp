@@ -16,8 +16,8 @@ struct ReadOptions {
   bool faces = false;  ///< keep faces (default: points only)
 };
 
-/// Reads one file. Throws InputError (exit 3) with one line that names the file, the cause and the remedy. Every count in
-/// the file is checked against its size before memory is taken.
+/// Reads one file. Throws InputError (exit 3) with one line that names the file, the cause and the remedy. Every count
+/// in the file is checked against its size before memory is taken.
 [[nodiscard]] Cloud read_cloud(const std::string& path, const ReadOptions& options, const Context& context);
 
 }  // namespace isopach

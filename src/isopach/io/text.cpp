@@ -25,6 +25,7 @@ struct Layout {
   std::vector<bool> numeric;      // per column of the first line of data
   std::size_t body = 0;           // offset of the first line that may be data
   std::optional<std::uint64_t> announced;
+  std::string note;
 };
 
 std::optional<std::string_view> comment_text(std::string_view line) {
@@ -142,6 +143,9 @@ class Preamble {
       layout_.names = comment_names_;
       layout_.axes = find_axes(comment_names_);
     }
+    if (!layout_.names.empty() && layout_.names.size() < columns)
+      layout_.note = fmt::format("{}: its header names {} of {} columns, taken from the left", name_,
+                                 layout_.names.size(), columns);
     if (columns < 3)
       throw InputError(fmt::format("{}: line {}: {} column(s), but x, y and z are needed: expected lines of x y z",
                                    name_, lines_.number(), columns));
@@ -345,6 +349,7 @@ Cloud parse_text(Bytes bytes, const std::string& name, const ReadOptions& option
   layout.format.targets = column_targets(layout.axes, choose_attributes(layout, options, cloud));
   const std::size_t rows = parse_rows(text, start + layout.body, text.size(), layout.format, name, cloud);
   if (rows == 0) no_points(name);
+  if (!layout.note.empty()) cloud.notes.push_back(layout.note);
   if (layout.announced && *layout.announced != rows)
     cloud.notes.push_back(fmt::format("{}: announces {} points but holds {}", name, *layout.announced, rows));
   const ColumnName& x = layout.names[static_cast<std::size_t>(layout.axes[0])];

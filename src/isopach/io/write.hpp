@@ -13,8 +13,8 @@ namespace isopach {
 
 void write_cloud(const std::string& path, const Cloud& cloud, const Context& context);
 
-/// Copies the LAS/LAZ file `source` to `target` and adds one extra-bytes field (double) per attribute; each attribute has
-/// one value per point of `source`, in file order.
+/// Copies the LAS/LAZ file `source` to `target` and adds one extra-bytes field (double) per attribute; each attribute
+/// has one value per point of `source`, in file order.
 void write_las_with_fields(const std::string& source, const std::string& target, std::span<const Attribute> fields,
                            const Context& context);
 

@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/geom/predicates.hpp"
 
 namespace isopach {
 
@@ -12,21 +13,31 @@ namespace {
 double along_edge(const Point2& q, const Point2& a, const Point2& b, double za, double zb) {
   const double dx = b.x - a.x, dy = b.y - a.y;
   const double s = ((q.x - a.x) * dx + (q.y - a.y) * dy) / (dx * dx + dy * dy);
-  return za + std::clamp(s, 0.0, 1.0) * (zb - za);
+  return std::clamp(za + std::clamp(s, 0.0, 1.0) * (zb - za), std::min(za, zb), std::max(za, zb));
 }
 
 double cross(const Point2& o, const Point2& a, const Point2& b) {
   return (a.x - o.x) * (b.y - o.y) - (a.y - o.y) * (b.x - o.x);
 }
 
+// Below this share of the longest side squared, rounded areas have lost half their digits.
+constexpr double thin = 1e-7;
+
 double in_triangle(const Point2& q, const Triangle& t, std::span<const Point2> xy, std::span<const double> z) {
   const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
   const double za = z[t.v[0]], zb = z[t.v[1]], zc = z[t.v[2]];
-  // Weights from corners seen from q: products of short lengths, so slivers lose little.
-  const double wa = cross(q, b, c), wb = cross(q, c, a), wc = cross(q, a, b);
+  // Weights from corners seen from q: products of short lengths, so thin triangles lose little.
+  double wa = cross(q, b, c), wb = cross(q, c, a), wc = cross(q, a, b);
+  const double width = std::max({std::fabs(b.x - a.x), std::fabs(c.x - a.x), std::fabs(c.x - b.x)});
+  const double height = std::max({std::fabs(b.y - a.y), std::fabs(c.y - a.y), std::fabs(c.y - b.y)});
+  if (!(wa + wb + wc > thin * (width * width + height * height))) {
+    wa = exact::twice_area(q, b, c);
+    wb = exact::twice_area(q, c, a);
+    wc = exact::twice_area(q, a, b);
+  }
   const double value = za + (wb * (zb - za) + wc * (zc - za)) / (wa + wb + wc);
-  const auto [low, high] = std::minmax({za, zb, zc});
-  return std::isfinite(value) ? std::clamp(value, low, high) : za;
+  if (!std::isfinite(value)) return za;  // areas smaller than the smallest double
+  return std::clamp(value, std::min({za, zb, zc}), std::max({za, zb, zc}));
 }
 
 }  // namespace

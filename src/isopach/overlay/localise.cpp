@@ -1,6 +1,7 @@
 #include "isopach/overlay/localise.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 #include "isopach/base/parallel.hpp"
@@ -10,9 +11,11 @@ namespace isopach {
 
 namespace {
 
-// Where the foot of q lies along the hull edge a→b: < 0 before a, > 0 past b, 0 between.
+// Where the foot of q lies along the hull edge a→b: < 0 before a, > 0 past b, 0 between. The direction is scaled to 1,
+// so that products of the smallest coordinates do not underflow (the walk along the hull would not end).
 int foot_side(const Point2& q, const Point2& a, const Point2& b) {
-  const double dx = b.x - a.x, dy = b.y - a.y;
+  const double scale = std::max(std::fabs(b.x - a.x), std::fabs(b.y - a.y));
+  const double dx = (b.x - a.x) / scale, dy = (b.y - a.y) / scale;
   if ((q.x - a.x) * dx + (q.y - a.y) * dy <= 0) return -1;
   return (q.x - b.x) * dx + (q.y - b.y) * dy >= 0 ? 1 : 0;
 }

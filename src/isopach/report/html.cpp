@@ -114,7 +114,8 @@ std::string read_bytes(const std::string& path) {
 
 class Page {
  public:
-  Page(const Comparison& c, const std::string& json) : c_(c), text_(json), json_(Json::parse(json)) {}
+  Page(const Comparison& c, const std::string& json, const MapOptions& look)
+      : c_(c), text_(json), json_(Json::parse(json)), look_(look) {}
 
   [[nodiscard]] std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
     const std::string names = escaped(input_name(c_.a)) + " → " + escaped(input_name(c_.b));
@@ -240,7 +241,7 @@ class Page {
     close_table();
     out_ += "<p class=\"soft\">The scene is simulated, so the true volumes are known" +
             (truth.error > 0 ? " to within " + number(truth.error, fine, 2) + "\u00a0" + unit(3) : " in closed form") +
-            ".";
+            ". Of the measured volumes: " + noise_note + ".";
     if (!truth.parts.empty()) {
       out_ += " Features of the scene:";
       std::string separator = " ";
@@ -296,7 +297,7 @@ class Page {
     double most = 0;
     for (const Json& a : areas) most = std::max(most, a.get<double>());
     if (!(high > low) || !(most > 0)) return;
-    const Palette palette("blue-red", paints_excess_red(c_.unit));
+    const Palette palette(look_.palette, look_.flip != paints_excess_red(c_.unit));
     const auto x = [&](double d) { return left + (d - low) / (high - low) * (width - left - right); };
     const auto y = [&](double area) { return height - bottom - std::sqrt(area / most) * (height - top - bottom); };
     out_ += fmt::format(
@@ -443,15 +444,16 @@ class Page {
   const Comparison& c_;
   const std::string& text_;
   Json json_;
+  const MapOptions& look_;
   std::string out_;
 };
 
 }  // namespace
 
 void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
-                const std::optional<Truth>& truth, const Context& context) {
+                const std::optional<Truth>& truth, const Context& context, const MapOptions& look) {
   context.check();
-  const std::string page = Page(c, json).write(map_png, truth);
+  const std::string page = Page(c, json, look).write(map_png, truth);
   write_atomically(path, [&](const std::string& temporary) {
     std::ofstream out(temporary, std::ios::binary);
     out << page;

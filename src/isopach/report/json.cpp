@@ -5,6 +5,7 @@
 
 #include "isopach/report/report.hpp"
 #include "isopach/report/words.hpp"
+#include "isopach/version.hpp"
 
 namespace isopach {
 namespace {
@@ -115,7 +116,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
   const Json none = nullptr;
   const Json report = {
       {"schema", "isopach.compare/1"},
-      {"tool", {{"name", tool_name}, {"version", tool_version}}},
+      {"tool", {{"name", tool_name}, {"version", version}}},
       {"inputs", Json::array({input_json(c.a), input_json(c.b)})},
       {"parameters", parameters_json(c)},
       {"pose", pose_json(c.options.pose)},

@@ -15,14 +15,16 @@ constexpr std::size_t half = 512;  // table entries on either side of white
 struct Stop {
   double at, lightness, chroma;
 };
-// The same stops for every hue: equal lightness and chroma either side. Chroma stays inside sRGB for all hues below.
+// The same stops for every hue: equal lightness and chroma either side.
 constexpr std::array<Stop, 4> stops{{{0.0, 1.0, 0.0}, {0.30, 0.87, 0.06}, {0.70, 0.64, 0.125}, {1.0, 0.43, 0.12}}};
 
 struct Hues {
   const char* name;
   double first_degrees, second_degrees;
+  double chroma;  // of the stops' chroma, so that both hues stay inside sRGB
 };
-constexpr std::array<Hues, 3> hue_pairs{{{"blue-red", 252, 29}, {"purple-orange", 300, 60}, {"teal-brown", 195, 50}}};
+constexpr std::array<Hues, 3> hue_pairs{
+    {{"blue-red", 252, 29, 1.0}, {"purple-orange", 300, 60, 0.75}, {"teal-brown", 195, 50, 0.6}}};
 
 double linear(double v) { return v <= 0.04045 ? v / 12.92 : std::pow((v + 0.055) / 1.055, 2.4); }
 double gamma(double v) {
@@ -39,14 +41,14 @@ Rgb from_oklab(double light, double a, double b) {
           gamma(-0.0041960863 * l - 0.7034186147 * m + 1.7076147010 * s)};
 }
 
-Rgb colour_at(double t, double hue_degrees) {
+Rgb colour_at(double t, double hue_degrees, double chroma_share) {
   if (t == 0) return {1, 1, 1};
   std::size_t k = 1;
   while (k + 1 < stops.size() && stops[k].at < t) ++k;
   const Stop &from = stops[k - 1], &to = stops[k];
   const double s = (t - from.at) / (to.at - from.at);
   const double light = from.lightness + s * (to.lightness - from.lightness);
-  const double chroma = from.chroma + s * (to.chroma - from.chroma);
+  const double chroma = chroma_share * (from.chroma + s * (to.chroma - from.chroma));
   const double hue = hue_degrees * 3.14159265358979323846 / 180;
   return from_oklab(light, chroma * std::cos(hue), chroma * std::sin(hue));
 }
@@ -72,8 +74,8 @@ Palette::Palette(const std::string& name, bool flip) {
   table_.resize(2 * half + 1);
   for (std::size_t i = 0; i <= half; ++i) {
     const double t = static_cast<double>(i) / half;
-    table_[half + i] = colour_at(t, above);
-    table_[half - i] = colour_at(t, below);
+    table_[half + i] = colour_at(t, above, pair->chroma);
+    table_[half - i] = colour_at(t, below, pair->chroma);
   }
 }
 

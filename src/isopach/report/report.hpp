@@ -36,8 +36,9 @@ void write_points(const std::string& path, const Cloud& cloud, const PointFields
 
 /// report.html: one file that opens from disk without a network: map, numbers with units and one-line explanations,
 /// histogram, parameters, warnings; with `truth`, the truth beside the result. `map_png` is the path of the map
-/// (already written; empty = no map), `json` the text of comparison_json: every number on the page is read from it.
+/// (already written; empty = no map), `json` the text of comparison_json: every number on the page is read from it,
+/// `look` the palette of the map, for the histogram.
 void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
-                const std::optional<Truth>& truth, const Context& context);
+                const std::optional<Truth>& truth, const Context& context, const MapOptions& look = {});
 
 }  // namespace isopach

@@ -50,6 +50,7 @@ void add_truth(Summary& s, const Truth& truth, const Measures& m) {
   row("true gained", truth.above, m.volume.above);
   row("true lost", truth.below, m.volume.below);
   row("true net", truth.net, m.volume.net);
+  s.line("", noise_note);
 }
 
 }  // namespace

@@ -38,6 +38,12 @@ std::string scientific(double magnitude, Typography typography, int significant)
   return plain.substr(0, e) + "×10" + superscript(std::to_string(std::stoi(plain.substr(e + 1))));
 }
 
+/// Of the number rounded to its significant digits: 99.9999 counts as 100.
+int exponent_of(double magnitude, int significant) {
+  const std::string rounded = fmt::format("{:.{}e}", magnitude, significant - 1);
+  return std::stoi(rounded.substr(rounded.find('e') + 1));
+}
+
 std::string sign_text(bool negative, Typography typography) {
   if (!negative) return "";
   return std::string(typography == Typography::fine ? minus_sign : std::string_view("-"));
@@ -71,7 +77,7 @@ std::string number(double value, Typography typography, int significant) {
   if (magnitude < 1e-4 || magnitude >= 1e15) {
     digits = scientific(magnitude, typography, significant);
   } else {
-    const int exponent = static_cast<int>(std::floor(std::log10(magnitude)));
+    const int exponent = exponent_of(magnitude, significant);
     digits = grouped(fmt::format("{:.{}f}", magnitude, std::max(0, significant - 1 - exponent)), typography);
   }
   return sign_text(value < 0, typography) + digits;

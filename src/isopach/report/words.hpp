@@ -53,7 +53,10 @@ using Quantity = std::function<std::string(const std::string& key, double value,
 [[nodiscard]] const char* to_text(Direction::Kind kind);
 
 inline constexpr std::string_view tool_name = "isopach";
-inline constexpr std::string_view tool_version = "0.1.0";
 inline constexpr std::string_view sign_rule = "d = B − A, positive where B lies above A";
+
+/// What a reader must know when gained and lost are set beside a truth.
+inline constexpr const char* noise_note =
+    "noise and interpolation count as gain here and as loss there; in the net they cancel";
 
 }  // namespace isopach

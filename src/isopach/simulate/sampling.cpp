@@ -129,20 +129,26 @@ Array<Point2> irregular_nodes(const Footprint& footprint, std::size_t count, con
   return nodes;
 }
 
-Array<Point2> bordered_nodes(const Footprint& footprint, std::size_t count, const Draw& draw) {
+Array<Point2> border_nodes(const Footprint& footprint, double spacing, const Draw& draw) {
   const RandomStream random = stream(draw, border);
-  const double spacing = std::sqrt(polygon_area(footprint) / static_cast<double>(count));
   Array<Point2> nodes(footprint.begin(), footprint.end());
   for (std::size_t i = 0; i < footprint.size(); ++i) {
     const Point2 p = footprint[i], q = footprint[(i + 1) % footprint.size()];
     const auto inner = static_cast<std::size_t>(std::hypot(q.x - p.x, q.y - p.y) / spacing);
-    for (std::size_t j = 0; j < inner && nodes.size() < count; ++j) {
+    for (std::size_t j = 0; j < inner; ++j) {
       const double place =
           (static_cast<double>(j) + 0.25 + 0.5 * random.uniform(nodes.size())) / static_cast<double>(inner);
       const double t = std::round(place * 0x1p20) * 0x1p-20;  // few digits: p + t (q − p) is exact, so on the side
       nodes.push_back({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y)});
     }
   }
+  return nodes;
+}
+
+Array<Point2> bordered_nodes(const Footprint& footprint, std::size_t count, const Draw& draw) {
+  const double spacing = std::sqrt(polygon_area(footprint) / static_cast<double>(count));
+  Array<Point2> nodes = border_nodes(footprint, spacing, draw);
+  if (nodes.size() > count) nodes.resize(std::max(count, footprint.size()));
   const Array<Point2> inside = irregular_nodes(footprint, count - std::min(count, nodes.size()), draw);
   nodes.insert(nodes.end(), inside.begin(), inside.end());
   return nodes;

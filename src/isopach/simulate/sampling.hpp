@@ -39,6 +39,10 @@ struct ScanPattern {
 /// Exactly `count` nodes, independent and uniform: a Poisson-like, irregular scan.
 [[nodiscard]] Array<Point2> irregular_nodes(const Footprint& footprint, std::size_t count, const Draw& draw);
 
+/// The corners, and nodes about `spacing` apart on the sides. Where the corners are whole numbers below 2^20 they lie
+/// on the sides exactly.
+[[nodiscard]] Array<Point2> border_nodes(const Footprint& footprint, double spacing, const Draw& draw);
+
 /// max(count, corners) nodes whose convex hull is the footprint: its corners, nodes on its sides as dense as inside,
 /// and irregular ones. Where the corners are whole numbers below 2^20, those on the sides lie on them exactly.
 [[nodiscard]] Array<Point2> bordered_nodes(const Footprint& footprint, std::size_t count, const Draw& draw);

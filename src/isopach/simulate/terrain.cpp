@@ -3,6 +3,7 @@
 //
 // The hills are a winding valley with ravines, built of smooth waves; 100 000 points (3 m apart) resolve them to a
 // centimetre nearly everywhere, less than the default noise.
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -53,11 +54,11 @@ double hills(double x, double y) {
 constexpr double bulking = 1.25;  // loosened soil: the deposit holds more than the scar
 
 struct Changes {
-  Bump scar{{origin.x + 280, origin.y + 565}, -12, 95, 65, {0.8, -0.6}, 0.002, -0.5};
+  Bump scar{{origin.x + 290, origin.y + 625}, -18, 150, 85, {0.8, -0.6}, 0.001, -0.5};
   Bump deposit{
-      {origin.x + 448, origin.y + 439}, 12 * bulking*(95 * 65) / (110.0 * 85), 110, 85, {0.8, -0.6}, -0.001, 0.4};
-  Bump mound{{origin.x + 560, origin.y + 880}, 8, 38, 30, {0.8, 0.6}, 0, 0};
-  Bump pit{{origin.x + 345, origin.y + 235}, -6, 32, 26, {1, 0}, 0, 0};
+      {origin.x + 520, origin.y + 455}, 18 * bulking*(150 * 85) / (135.0 * 115), 135, 115, {0.8, -0.6}, -0.0007, 0.4};
+  Bump mound{{origin.x + 560, origin.y + 880}, 10, 55, 42, {0.8, 0.6}, 0, 0};
+  Bump pit{{origin.x + 345, origin.y + 235}, -8, 40, 34, {1, 0}, 0, 0};
 };
 
 double height(int, int epoch, double x, double y) {
@@ -86,10 +87,18 @@ Truth truth(int, const Footprint& footprint) {
   return truth;
 }
 
-/// First flight: an oscillating mirror, eastwards. Second: a turning mirror, northwards.
+/// First flight: an oscillating mirror, eastwards. Second: a turning mirror, northwards. The survey is cut along its
+/// border, so its hull is the rectangle: without these nodes slivers along the hull would add volume that the truth
+/// does not have.
 Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
   const ScanPattern first{0.14, 2, 0.2, true, 1.4, 0.15}, second{1.69, 2, 0.2, false, 1.2, 0.2};
-  return scan_nodes(footprint, count, epoch == 1 ? first : second, {seed, static_cast<std::uint64_t>(epoch)});
+  const Draw draw{seed, static_cast<std::uint64_t>(epoch)};
+  const double spacing = std::sqrt(polygon_area(footprint) / static_cast<double>(count));
+  const Array<Point2> cut = border_nodes(footprint, spacing, draw);
+  const std::size_t inside = count - std::min(count / 2, cut.size());
+  Array<Point2> nodes = scan_nodes(footprint, inside, epoch == 1 ? first : second, draw);
+  nodes.insert(nodes.end(), cut.begin(), cut.end());
+  return nodes;
 }
 
 }  // namespace
