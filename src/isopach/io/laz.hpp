@@ -17,7 +17,9 @@ class LazReader {
   ~LazReader();
   LazReader(const LazReader&) = delete;
   LazReader& operator=(const LazReader&) = delete;
-  /// Decompresses the next point into `record` (record_length bytes). Throws InputError if the file is damaged.
+  /// Decompresses the next point into `record` (record_length bytes). Throws InputError if the file is cut short or its
+  /// structure is damaged. Damage inside the compressed codes, which have no checksum, goes unnoticed or, since LASzip
+  /// does not check what it decodes, may even end the program.
   void next(char* record);
 
  private:
