@@ -118,13 +118,14 @@ class Page {
       : c_(c), text_(json), json_(Json::parse(json)), look_(look) {}
 
   [[nodiscard]] std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
-    const std::string names = escaped(input_name(c_.a)) + " → " + escaped(input_name(c_.b));
+    const std::string title =
+        look_.title.empty() ? input_name(c_.a) + " → " + input_name(c_.b) : clean_utf8(look_.title);
     out_ +=
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
         "'unsafe-inline'\">\n<title>" +
-        names + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n";
+        escaped(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n";
     head();
     warnings();
     map(map_png);
@@ -168,7 +169,7 @@ class Page {
     return "<data data-key=\"" + key + "\" data-percent value=\"" + at(key).dump() + "\" title=\"" + at(key).dump() +
            "\">" + fixed_number(100 * value(key), 1, fine) + "</data>";
   }
-  [[nodiscard]] std::string unit(int power) const { return unit_text(c_.unit, power); }
+  [[nodiscard]] std::string unit(int power) const { return measured_unit(c_, power); }
 
   void card(const std::string& number_html, const std::string& unit_html, const std::string& label) {
     out_ += "<div><b>" + number_html + " <small>" + unit_html + "</small></b><span>" + label + "</span></div>\n";
@@ -188,14 +189,17 @@ class Page {
   // --- sections, in the order of the page ---------------------------------------------------------------------------
 
   void head() {
-    out_ += "<header>\n<h1>" + escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b)) + "</h1>\n";
+    const std::string names = escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b));
+    out_ += "<header>\n<h1>" + (look_.title.empty() ? names : escaped(look_.title)) + "</h1>\n";
     const auto quantity = [&](const std::string& key, double magnitude, int power) {
       return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
     };
     out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +
             ". Lengths in " + (c_.unit == "unknown" ? std::string("the files’ own units: ") : std::string()) +
-            unit_sentence(c_.unit) + "; statistics are by area.</p>\n</header>\n<div class=\"cards\">\n";
+            unit_sentence(c_.unit) +
+            (height_unit(c_) == c_.unit ? "" : ", heights in " + unit_sentence(height_unit(c_))) +
+            "; statistics are by area.</p>\n</header>\n<div class=\"cards\">\n";
     card(with_sign("volume.net"), unit(3), "net = gained − lost");
     card(plain("volume.above"), unit(3), "gained (B above A)");
     card(plain("volume.below"), unit(3), "lost (B below A)");
