@@ -3,7 +3,11 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <charconv>
+#include <cmath>
 #include <cstdio>
+#include <functional>
+#include <limits>
 #include <numeric>
 #include <sstream>
 
@@ -144,6 +148,67 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
   return best.empty() ? "" : fmt::format(" (did you mean '{}'?)", best);
 }
 
+namespace {
+
+/// CLI11's message in the words of this program.
+std::string plain_words(const CLI::ParseError& error, const std::string& config) {
+  const std::string text = error.what();
+  const std::size_t colon = text.find(": "), required = text.find(" required ");
+  const std::string option = text.substr(0, colon), missing = " missing";
+  if (error.get_name() == "FileError") return fmt::format("--config {}: cannot be read: check the path", config);
+  if (error.get_name() != "ArgumentMismatch" || colon == std::string::npos || required == std::string::npos)
+    return text;
+  if (text.find(": At Most 1 ") == colon) return option + ": given more than once";
+  if (text.size() > missing.size() && text.compare(text.size() - missing.size(), missing.size(), missing) == 0) {
+    const std::size_t type = required + std::string(" required ").size();
+    return fmt::format("{}: its value is missing: {}", option, text.substr(type, text.size() - missing.size() - type));
+  }
+  return text;
+}
+
+template <class T>
+bool read_all(const std::string& text, T& value) {
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size();
+}
+
+CLI::Validator validator(std::function<std::string(std::string&)> check) {
+  return CLI::Validator(std::move(check), "");
+}
+
+}  // namespace
+
+CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
+  return validator([=](std::string& text) {
+    std::uint64_t value = 0;
+    if (read_all(text, value) && least <= value && value <= most) return std::string();
+    if (most == std::numeric_limits<std::uint64_t>::max())
+      return fmt::format("'{}' is not a whole number, {} or more", text, least);
+    return fmt::format("'{}' is not a whole number from {} to {}", text, least, most);
+  });
+}
+
+CLI::Validator share() {
+  return validator([](std::string& text) {
+    double value = 0;
+    return read_all(text, value) && 0 <= value && value <= 1 ? std::string()
+                                                             : fmt::format("'{}' is not a number from 0 to 1", text);
+  });
+}
+
+CLI::Validator not_negative() {
+  return validator([](std::string& text) {
+    double value = 0;
+    return read_all(text, value) && 0 <= value && std::isfinite(value)
+               ? std::string()
+               : fmt::format("'{}' is not a number, 0 or more", text);
+  });
+}
+
+CLI::Validator not_empty() {
+  return validator([](std::string& text) { return text.empty() ? std::string("the name is empty") : std::string(); });
+}
+
 Command::Command(const std::string& verb, const std::string& description, const std::string& footer)
     : app_(description, "isopach " + verb), verb_(verb) {
   app_.formatter(std::make_shared<HelpFormatter>());
@@ -185,7 +250,9 @@ bool Command::parse(const Arguments& arguments) {
     fmt::print("{}\n", message.what());
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_word();
-    throw UsageError(unknown.empty() ? fmt::format("{}; see isopach {} --help", error.what(), verb_) : unknown);
+    throw UsageError(unknown.empty() ? fmt::format("{}; see isopach {} --help",
+                                                   plain_words(error, app_.get_config_ptr()->as<std::string>()), verb_)
+                                     : unknown);
   }
   return false;
 }
@@ -194,7 +261,7 @@ void add_run_options(Command& command, RunOptions& options) {
   command.heading("Run");
   command
       .option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
-      ->check(CLI::Range(0, 4096).description(""))
+      ->check(whole_number(0, 4096))
       ->capture_default_str();
   command.choice<ProgressKind>("--progress", options.progress,
                                {{"auto", ProgressKind::automatic},
@@ -210,6 +277,7 @@ void add_run_options(Command& command, RunOptions& options) {
 
 void add_seed(Command& command, std::uint64_t& seed) {
   command.option("--seed", "N", seed, "Seed of the random numbers: the same seed gives the same bits")
+      ->check(whole_number(0))
       ->capture_default_str();
 }
 

@@ -1,6 +1,8 @@
 // What all verbs share: the look of their help, the options of every run, --config files, and one-line usage errors.
 #pragma once
 #include <CLI/CLI.hpp>
+#include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -14,6 +16,13 @@ namespace isopach::cli {
 
 /// " (did you mean 'x'?)" for the nearest name, or nothing if none is near.
 [[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
+
+/// Checks of an option's text; each says in one line what it wants.
+[[nodiscard]] CLI::Validator whole_number(std::uint64_t least,
+                                          std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+[[nodiscard]] CLI::Validator share();  ///< a number from 0 to 1
+[[nodiscard]] CLI::Validator not_negative();
+[[nodiscard]] CLI::Validator not_empty();
 
 /// A verb's parser. Options declared here appear in its --help and may stand in its --config file.
 class Command {

@@ -82,7 +82,7 @@ void add_measure_options(Command& command, Request& request) {
   command
       .option("--min-coverage", "SHARE", options.min_coverage,
               "Exit 4 if the scans share less than this part of their area, 0 to 1")
-      ->check(CLI::Range(0.0, 1.0).description(""))
+      ->check(share())
       ->capture_default_str();
   command.option(
       "--fail-above", "STATISTIC=LIMIT", request.fail_above,

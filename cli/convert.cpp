@@ -1,5 +1,10 @@
 // isopach convert IN OUT
-#include <fmt/core.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <filesystem>
 
 #include "cli/command.hpp"
 #include "cli/parse.hpp"
@@ -39,6 +44,37 @@ void turn_normals(Cloud& cloud, const Pose& pose) {
   }
 }
 
+bool is_colour(const Attribute& attribute) {
+  return attribute.name == "red" || attribute.name == "green" || attribute.name == "blue";
+}
+
+/// What was written, and what the format has no place for.
+std::string summary(const std::string& path, const Cloud& cloud) {
+  std::string end = std::filesystem::path(path).extension().string();
+  for (char& c : end) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  const auto one_of = [&](std::initializer_list<const char*> ends) {
+    return std::find(ends.begin(), ends.end(), end) != ends.end();
+  };
+  const bool bare = one_of({".stl", ".npy", ".tif", ".tiff"});
+  std::vector<std::string> kept, lost;
+  const auto share = [](std::vector<std::string>& list, std::size_t n, const char* what) {
+    if (n > 0) list.push_back(fmt::format("{} {}", n, what));
+  };
+  const std::size_t all = cloud.attributes.size(), faces = cloud.faces.size();
+  const auto colours =
+      static_cast<std::size_t>(std::count_if(cloud.attributes.begin(), cloud.attributes.end(), is_colour));
+  const std::size_t written = bare ? 0 : end != ".obj" ? all : colours == 3 ? colours : 0;
+  const bool holds_faces = one_of({".ply", ".obj", ".stl"});
+  share(kept, written, "attributes");
+  share(kept, holds_faces ? faces : 0, "faces");
+  share(lost, all - written, "attributes");
+  share(lost, holds_faces ? 0 : faces, "faces");
+  std::string text = fmt::format("{}: {} points", path, cloud.points.size());
+  for (const std::string& part : kept) text += ", " + part;
+  if (!lost.empty()) text += fmt::format("; {} cannot hold {}", end, fmt::join(lost, " and "));
+  return text;
+}
+
 }  // namespace
 
 int run_convert(const Arguments& arguments) {
@@ -46,7 +82,9 @@ int run_convert(const Arguments& arguments) {
   RunOptions run_options;
   Command command("convert", description, footer);
   command.positional("IN", in, "File to read: XYZ, CSV, PTS, PTX, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC");
-  command.positional("OUT", out, "File to write: .ply .xyz .txt .csv .las .laz .obj .stl (needs faces) .pcd .npy");
+  command.positional("OUT", out,
+                     "File to write: .ply .xyz .txt .csv .las .laz .obj .stl (needs faces) .pcd .npy "
+                     ".tif (of a raster)");
   command.heading("Scan");
   command.option("--pose", "FILE", pose_path, "Four lines of four numbers: the row-major matrix applied to the points");
   add_run_options(command, run_options);
@@ -65,8 +103,7 @@ int run_convert(const Arguments& arguments) {
     cloud.grid.reset();
   }
   write_cloud(out, cloud, run.context());
-  run.show(fmt::format("{}: {} points, {} attributes, {} faces", out, cloud.points.size(), cloud.attributes.size(),
-                       cloud.faces.size()));
+  run.show(summary(out, cloud));
   return 0;
 }
 

@@ -37,6 +37,7 @@ int run_demo(const Arguments& arguments) {
   OutputFolder folder(delivery.output);
   Stopwatch watch;
   Scene scene = make_scene(scene_request.name, scene_request.scene_options(), run.context());
+  if (delivery.map.title.empty()) delivery.map.title = fmt::format("Simulated scans: {}", scene.name);
   scene.a.path = "a.ply";
   scene.b.path = "b.ply";
   write_cloud(folder.path(scene.a.path), scene.a, run.context());

@@ -80,16 +80,18 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
       command.option("-o,--output", "DIR", delivery.output,
                      "Folder for result.json, report.html, difference.png, difference.ply, "
                      "points_a.ply, points_b.ply (LAS in: also points_a.las); made if it is not there");
+  output->check(not_empty());
   if (!default_folder.empty()) output->capture_default_str();
-  command.option("--json", "FILE", delivery.json,
-                 "The result as JSON to FILE; - prints it, and nothing else, on stdout");
+  command
+      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      ->check(not_empty());
   std::vector<std::pair<std::string, std::string>> names;
   for (const std::string& name : palettes()) names.emplace_back(name, name);
   command.choice<std::string>("--palette", delivery.map.palette, names, "Diverging colours of the map");
   command.flag("--flip-palette", delivery.map.flip, "Swap the two ends of the palette");
-  command.option("--title", "TEXT", delivery.map.title, "Title of the map; without it the names of the scans");
+  command.option("--title", "TEXT", delivery.map.title, "Title of map and report; without it the names of the scans");
   command.option("--map-width", "PIXELS", delivery.map.width, "Width of the map")
-      ->check(CLI::Range(400, 16000).description(""))
+      ->check(whole_number(400, 16000))
       ->capture_default_str();
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");

@@ -32,7 +32,9 @@ int run_simulate(const Arguments& arguments) {
   Command command("simulate", description, footer);
   command.positional("SCENE", scene_request.name, "One of " + scene_list());
   command.heading("Output");
-  command.option("-o,--output", "DIR", output, "Folder for a, b and truth.json; made if it is not there")->required();
+  command.option("-o,--output", "DIR", output, "Folder for a, b and truth.json; made if it is not there")
+      ->required()
+      ->check(not_empty());
   command.choice<Format>("--format", format, {{"ply", Format::ply}, {"las", Format::las}, {"xyz", Format::xyz}},
                          "Format of the scans");
   add_scene_options(command, scene_request);

@@ -32,6 +32,24 @@ class Usage(CliTest):
                 a, b = self.scans()
                 self.fails(2, "compare", a, b, f"{option}={value}", "-o", "out", says=[option])
 
+    def test_bad_values_are_explained(self):
+        a, b = self.scans()
+        for words, says in [(["--threads", "x"], "'x' is not a whole number from 0 to 4096"),
+                            (["--min-coverage", "2"], "'2' is not a number from 0 to 1"),
+                            (["--duplicates"], "its value is missing: mean|min|max"),
+                            (["--crop", "0,0,9,9", "--crop", "0,0,5,5"], "--crop: given more than once"),
+                            (["--config", "nowhere.cfg"], "--config nowhere.cfg: cannot be read"),
+                            (["--output", ""], "--output: the name is empty"),
+                            (["--json", ""], "--json: the name is empty")]:
+            with self.subTest(words=words):
+                self.fails(2, "compare", a, b, *words, says=[says])
+
+    def test_bad_sizes_of_a_scene(self):
+        for option, value in [("--points", "abc"), ("--points", "-5"), ("--points-b", "1e5"), ("--noise", "-1"),
+                              ("--noise-b", "nan"), ("--seed", "-1")]:
+            with self.subTest(option=option, value=value):
+                self.fails(2, "simulate", "plane", "-o", "out", f"{option}={value}", says=[option + ": ", value, "or more"])
+
     def test_output_that_is_a_file(self):
         a, b = self.scans()
         self.fails(2, "compare", a, b, "-o", a, says=["--output", a])

@@ -96,6 +96,16 @@ class Convert(CliTest):
         low, high = before["bounds"]["min"], before["bounds"]["max"]
         self.assertEqual(after["bounds"]["min"], [10 - high[1], 20 + low[0], 30 + low[2]])
 
+    def test_says_what_the_format_cannot_hold(self):
+        self.write("a.csv", ["x,y,z,intensity"] + ["%r,%r,%r,7" % p for p in points(1)])
+        self.assertEqual(self.run_cli("convert", "a.csv", "b.ply").stdout, "b.ply: 400 points, 1 attributes\n")
+        self.assertEqual(self.run_cli("convert", "a.csv", "b.npy").stdout,
+                         "b.npy: 400 points; .npy cannot hold 1 attributes\n")
+        self.write("mesh.obj", ["v 0 0 0", "v 1 0 0", "v 0 1 0", "f 1 2 3"])
+        self.assertEqual(self.run_cli("convert", "mesh.obj", "b.stl").stdout, "b.stl: 3 points, 1 faces\n")
+        self.assertEqual(self.run_cli("convert", "mesh.obj", "b.xyz").stdout,
+                         "b.xyz: 3 points; .xyz cannot hold 1 faces\n")
+
     def test_unknown_extension(self):
         self.write("a.xyz", points(1))
         run = self.run_cli("convert", "a.xyz", "b.doc", code=2)

@@ -141,7 +141,7 @@ TEST(ComparisonJson, EveryOptionInForceIsThere) {
   c.options.check_layers = false;
   c.options.pose.m[3] = 7.5;
   c.frame.rotation = {0, 0, 1, 1, 0, 0, 0, 1, 0};
-  c.unit = "mm";
+  c.unit = c.a.vertical_unit = "mm";
   const Json j = Json::parse(comparison_json(c, {"a.png", "b.ply"}));
   const Json& p = j["parameters"];
   EXPECT_EQ(p["domain"], "hull");
@@ -154,6 +154,7 @@ TEST(ComparisonJson, EveryOptionInForceIsThere) {
   EXPECT_EQ(p["allow_crs"], true);
   EXPECT_EQ(p["check_layers"], false);
   EXPECT_EQ(p["unit"], "mm");
+  EXPECT_EQ(p["height_unit"], "mm");
   EXPECT_EQ(j["pose"]["matrix"][0][3], 7.5);
   EXPECT_EQ(j["outputs"], Json::array({"a.png", "b.ply"}));
 }

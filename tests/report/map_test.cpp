@@ -106,6 +106,14 @@ TEST(Map, LimitsAreThe99thPercentileInTwoDigits) {
   EXPECT_DOUBLE_EQ(colour_limit(c), 10);
 }
 
+TEST(Map, ColoursReachTheLargestDifferenceWhereItIsNoOutlier) {
+  Comparison c = sample::make({}, flat, [](double x, double) { return x; });
+  c.measures.difference.abs_percentiles[3] = 6.4;  // largest: 10
+  EXPECT_DOUBLE_EQ(colour_limit(c), 10);
+  c.measures.difference.abs_percentiles[3] = 6.1;
+  EXPECT_DOUBLE_EQ(colour_limit(c), 6.1);
+}
+
 TEST(Map, TheSamePixelsTwiceAndForAnyNumberOfThreads) {
   const Comparison c = sample::make(
       {40, 30, 10, 7}, [](double x, double y) { return std::sin(x * y); },

@@ -49,6 +49,7 @@ TEST(WriteCells, HoldsTheDomainInInputCoordinates) {
 
 TEST(WritePoints, KeepsEveryPointInFileOrder) {
   Cloud cloud;
+  cloud.unit = "m", cloud.vertical_unit = "ft", cloud.crs = "EPSG:32610";
   PointFields fields;
   for (int i = 0; i < 1000; ++i) {
     cloud.points.push_back({512300.123 + i, 5e6 - 0.25 * i, 0.1 * i});
@@ -58,6 +59,9 @@ TEST(WritePoints, KeepsEveryPointInFileOrder) {
   write_points(path, cloud, fields, {});
   const Cloud back = read_back(path);
   ASSERT_EQ(back.points.size(), cloud.points.size());
+  EXPECT_EQ(back.unit, "m");
+  EXPECT_EQ(back.vertical_unit, "ft");
+  EXPECT_EQ(back.crs, "EPSG:32610");
   const Attribute *d = back.find_attribute("dz_signed"), *a = back.find_attribute("dz_abs");
   ASSERT_TRUE(d != nullptr && a != nullptr);
   for (std::size_t i = 0; i < 1000; ++i) {

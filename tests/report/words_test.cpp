@@ -38,6 +38,28 @@ TEST(Words, UnknownUnitsAreNeverMetres) {
   EXPECT_EQ(unit_sentence("unknown"), "units unknown (as in the files)");
 }
 
+TEST(Words, HeightsMayHaveAUnitOfTheirOwn) {
+  Comparison c;
+  c.unit = "m";
+  EXPECT_EQ(measured_unit(c, 1), "m");  // the files do not say what heights are in
+  c.b.vertical_unit = "us-ft";
+  EXPECT_EQ(measured_unit(c, 1), "US ft");
+  EXPECT_EQ(measured_unit(c, 2), "m²");
+  EXPECT_EQ(measured_unit(c, 3), "US ft·m²");
+  c.options.unit = "m";  // --unit speaks of both
+  EXPECT_EQ(measured_unit(c, 3), "m³");
+  c.options.unit = "";
+  c.frame.rotation = {0, 1, 0, 0, 0, 1, 1, 0, 0};  // along x, d is a mixture
+  EXPECT_EQ(height_unit(c), "unknown");
+}
+
+TEST(Words, HeightsAreNeverDegrees) {
+  Comparison c;
+  c.unit = "deg";
+  EXPECT_EQ(measured_unit(c, 1), "units");
+  EXPECT_EQ(measured_unit(c, 3), "units·deg²");
+}
+
 TEST(Words, InvalidUtf8AndControlCharactersAreReplaced) {
   EXPECT_EQ(clean_utf8("héllo → 😀"), "héllo → 😀");
   EXPECT_EQ(clean_utf8("a\xff\x62"), "a\uFFFDb");

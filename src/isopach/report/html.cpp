@@ -37,9 +37,9 @@ p{margin:0 0 12px;max-width:50em}
 .scroll+p{margin-top:12px}
 .lead{font-size:20px;line-height:1.45}
 .soft,caption,figcaption,footer{color:var(--soft);font-size:14px}
-.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(170px,1fr));gap:1px;margin:26px 0;background:var(--line);
+.cards{display:grid;grid-template-columns:repeat(auto-fit,minmax(170px,1fr));gap:1px;margin:26px 0;
 border:1px solid var(--line);border-radius:8px;overflow:hidden}
-.cards div{background:var(--paper);padding:14px 16px}
+.cards div{box-shadow:0 0 0 1px var(--line);padding:14px 16px}
 .cards b{display:block;font-size:22px;font-weight:600;font-variant-numeric:tabular-nums;white-space:nowrap}
 .cards b small{font-size:14px;font-weight:400;color:var(--soft)}
 .cards span{color:var(--soft);font-size:14px}
@@ -63,6 +63,9 @@ pre{background:var(--tint);border-radius:8px;padding:14px 16px;overflow:auto;max
 summary{cursor:pointer;color:var(--accent)}
 footer{margin-top:52px;padding-top:14px;border-top:1px solid var(--line)}
 .scroll{overflow-x:auto}
+@media(max-width:640px){main{padding:28px 16px}table.told thead{display:none}
+table.told tr{display:flex;flex-wrap:wrap;border-bottom:1px solid var(--line);padding:7px 0}
+table.told th,table.told td{border:0;padding:0 6px 0 0}table.told th{flex:1}table.told .why{flex:0 0 100%}}
 @media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;--tint:#f5f5f5;--warn:#fff}
 body{font-size:11pt}main{padding:0;max-width:none}details{display:none}figure,tr,.cards{break-inside:avoid}
 h2{break-after:avoid}@page{margin:16mm}}
@@ -118,13 +121,14 @@ class Page {
       : c_(c), text_(json), json_(Json::parse(json)), look_(look) {}
 
   [[nodiscard]] std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
-    const std::string names = escaped(input_name(c_.a)) + " → " + escaped(input_name(c_.b));
+    const std::string title =
+        look_.title.empty() ? input_name(c_.a) + " → " + input_name(c_.b) : clean_utf8(look_.title);
     out_ +=
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n"
         "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">\n"
         "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
         "'unsafe-inline'\">\n<title>" +
-        names + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n";
+        escaped(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n";
     head();
     warnings();
     map(map_png);
@@ -168,7 +172,7 @@ class Page {
     return "<data data-key=\"" + key + "\" data-percent value=\"" + at(key).dump() + "\" title=\"" + at(key).dump() +
            "\">" + fixed_number(100 * value(key), 1, fine) + "</data>";
   }
-  [[nodiscard]] std::string unit(int power) const { return unit_text(c_.unit, power); }
+  [[nodiscard]] std::string unit(int power) const { return measured_unit(c_, power); }
 
   void card(const std::string& number_html, const std::string& unit_html, const std::string& label) {
     out_ += "<div><b>" + number_html + " <small>" + unit_html + "</small></b><span>" + label + "</span></div>\n";
@@ -188,14 +192,16 @@ class Page {
   // --- sections, in the order of the page ---------------------------------------------------------------------------
 
   void head() {
-    out_ += "<header>\n<h1>" + escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b)) + "</h1>\n";
+    const std::string names = escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b));
+    out_ += "<header>\n<h1>" + (look_.title.empty() ? names : escaped(look_.title)) + "</h1>\n";
     const auto quantity = [&](const std::string& key, double magnitude, int power) {
       return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
     };
     out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +
-            ". Lengths in " + (c_.unit == "unknown" ? std::string("the files’ own units: ") : std::string()) +
-            unit_sentence(c_.unit) + "; statistics are by area.</p>\n</header>\n<div class=\"cards\">\n";
+            (c_.unit == "unknown" ? ". Lengths: " : ". Lengths in ") + unit_sentence(c_.unit) +
+            (height_unit(c_) == c_.unit ? "" : ", heights in " + unit_sentence(height_unit(c_))) +
+            "; statistics are by area.</p>\n</header>\n<div class=\"cards\">\n";
     card(with_sign("volume.net"), unit(3), "net = gained − lost");
     card(plain("volume.above"), unit(3), "gained (B above A)");
     card(plain("volume.below"), unit(3), "lost (B below A)");
@@ -257,7 +263,7 @@ class Page {
   }
 
   void numbers() {
-    open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>");
+    open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
     row("gained (above)", plain("volume.above"), unit(3), "volume between the surfaces where B lies above A");
     row("lost (below)", plain("volume.below"), unit(3), "volume between the surfaces where B lies below A");
     row("net", with_sign("volume.net"), unit(3), "gained − lost; gains and losses cancel in it");
@@ -405,7 +411,7 @@ class Page {
   }
 
   void working() {
-    open_table("Behind the numbers", "");
+    open_table("Behind the numbers", "", " class=\"told\"");
     row("triangles of A", whole("triangulations.t1"), "", "Delaunay triangulation of the nodes of A");
     row("triangles of B", whole("triangulations.t2"), "", "Delaunay triangulation of the nodes of B");
     row("common triangles", whole("triangulations.common"), "", "of the nodes of both; the measure runs over these");

@@ -65,6 +65,7 @@ Json parameters_json(const Comparison& c) {
           {"class", o.project.classes.empty() ? Json(nullptr) : Json(o.project.classes)},
           {"crop", crop_json(o.project.crop)},
           {"unit", c.unit},
+          {"height_unit", height_unit(c)},
           {"locate", to_text(o.locate)},
           {"min_coverage", real(o.min_coverage)},
           {"allow_crs", o.allow_crs},

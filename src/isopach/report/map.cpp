@@ -21,6 +21,7 @@ constexpr Rgb outside{0.965, 0.965, 0.96}, footprint{0.925, 0.925, 0.92}, hatch{
 constexpr int samples = 2;             // each way in a pixel: smooth rims
 constexpr double longest_aspect = 25;  // longer scenes get empty margins
 constexpr double margin_share = 0.15;  // how much of what lies outside the domain is shown
+constexpr double own_colours = 1.6;    // times the 99th percentile: a largest |d| up to this is not cut off
 constexpr Typography fine = Typography::fine;
 
 double round_up_2_digits(double v) {
@@ -33,6 +34,8 @@ double nice_below(double v) {
   const double power = std::pow(10.0, std::floor(std::log10(v)));
   return (v >= 5 * power ? 5 : v >= 2 * power ? 2 : 1) * power;
 }
+double largest(const DifferenceStatistics& d) { return std::max(d.max_above, d.max_below); }
+
 double nice_above(double v) {
   const double below = nice_below(v);
   return below >= v ? below : nice_below(v * 2.5);
@@ -217,7 +220,7 @@ class Map {
     return c_.frame.rotation[6] == 0 && c_.frame.rotation[7] == 0 && c_.frame.rotation[8] == 1;
   }
   [[nodiscard]] std::string with_unit(const std::string& text, int power) const {
-    return text + "\u00a0" + unit_text(c_.unit, power);
+    return text + "\u00a0" + measured_unit(c_, power);
   }
 
   void draw_header(Canvas& canvas) const {
@@ -329,7 +332,7 @@ class Map {
     const Canvas::Font font{18 * s_, false, ink}, above{18 * s_, true, palette_(1)}, below{18 * s_, true, palette_(-1)};
     for (int k = -2; k <= 2; ++k) {
       const double value = limit_ * k / 2;
-      const std::string label = bar_label(value) + (k == 0 ? "\u00a0" + unit_text(c_.unit) : "");
+      const std::string label = bar_label(value) + (k == 0 ? "\u00a0" + measured_unit(c_, 1) : "");
       const auto p = bar_.at(along(value), bar_.thickness), q = bar_.at(along(value), bar_.thickness + 7 * s_);
       canvas.line(p.x, p.y, q.x, q.y, 1.5 * s_, rule);
       if (bar_.upright)
@@ -356,7 +359,7 @@ class Map {
     for (int k = 0; k < 4; ++k)
       canvas.box(x + pixels * k / 4, foot_y_ - thick, pixels / 4, thick, k % 2 == 0 ? ink : paper);
     canvas.frame(x, foot_y_ - thick, pixels, thick, 1.2 * s_, ink);
-    const std::string bar = with_unit(number(length, fine, 1), 1);
+    const std::string bar = number(length, fine, 1) + "\u00a0" + unit_text(c_.unit);
     canvas.text(x + pixels + 12 * s_, foot_y_ + 2 * s_, bar, font);
     double next = x + pixels + 12 * s_ + canvas.text_width(bar, font) + 44 * s_;
     const auto key = [&](const Rgb& colour, bool hatched, const std::string& words) {
@@ -371,7 +374,7 @@ class Map {
     key(palette_(0), false, "no difference");
     if (has_footprint_) key(footprint, true, "scanned, but not compared (one scan is missing here)");
     const std::string reach = shows_no_difference(c_) ? ""
-                              : c_.measures.difference.abs_percentiles.back() > 0
+                              : limit_ < largest(c_.measures.difference)
                                   ? "colours reach to the 99th percentile of |d|; "
                                   : "colours reach to the largest |d|; ";
     const std::string note = std::string(sign_rule) + "; " + reach + "histogram: area, square-root scale; " +
@@ -403,8 +406,8 @@ bool shows_no_difference(const Comparison& c) {
 double colour_limit(const Comparison& c) {
   if (shows_no_difference(c)) return 1;
   const DifferenceStatistics& d = c.measures.difference;
-  const double p99 = d.abs_percentiles.back(), most = std::max(d.max_above, d.max_below);
-  return round_up_2_digits(p99 > 0 ? p99 : most);
+  const double p99 = d.abs_percentiles.back(), most = largest(d);
+  return round_up_2_digits(p99 > 0 && most > own_colours * p99 ? p99 : std::max(p99, most));
 }
 
 Image render_map(const Comparison& c, const MapOptions& options, const Context& context) {

@@ -5,8 +5,9 @@
 
 namespace isopach {
 
-/// Limits ±L of the colours: the 99th percentile of |d| by area, rounded up to 2 significant digits; where that is 0
-/// (a small part differs), the largest |d|; where nothing differs beyond rounding, 1.
+/// Limits ±L of the colours, rounded up to 2 significant digits: the 99th percentile of |d| by area, or the largest |d|
+/// where that is at most 1.6 times as much or the percentile is 0 (a small part differs); 1 where nothing differs
+/// beyond rounding.
 [[nodiscard]] double colour_limit(const Comparison& c);
 
 /// Whether d is 0 everywhere, up to the rounding of the coordinates.

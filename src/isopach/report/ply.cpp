@@ -4,6 +4,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/report.hpp"
+#include "isopach/report/words.hpp"
 
 namespace isopach {
 
@@ -14,6 +15,9 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
   std::fill(vertex.begin(), vertex.end(), no_index);
   Cloud out;
   out.format = "ply";
+  out.unit = c.unit;
+  out.vertical_unit = height_unit(c);
+  out.crs = c.a.crs;
   // Vertices in the order in which the triangles first name them: near each other in the file as in the plane.
   Array<Index> node;
   for (Index i = 0; i < t.real; ++i) {
@@ -46,6 +50,9 @@ void write_points(const std::string& path, const Cloud& cloud, const PointFields
   Cloud out;
   out.format = "ply";
   out.points = cloud.points;
+  out.unit = cloud.unit;
+  out.vertical_unit = cloud.vertical_unit;
+  out.crs = cloud.crs;
   out.attributes.push_back({"dz_signed", fields.dz_signed});
   out.attributes.push_back({"dz_abs", Array<double>(fields.dz_signed.size())});
   for_each_index(fields.dz_signed.size(),

@@ -1,5 +1,6 @@
 #include "isopach/report/text.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -13,18 +14,24 @@ constexpr Typography plain = Typography::plain;
 
 class Summary {
  public:
-  explicit Summary(const std::string& unit) : unit_(unit) {}
+  explicit Summary(const Comparison& c) : c_(c) {
+    const std::string widest = measured_unit(c, 3);
+    const auto letters = std::count_if(widest.begin(), widest.end(), [](char l) { return (l & 0xC0) != 0x80; });
+    unit_width_ = std::max(6, static_cast<int>(letters));
+  }
 
   void line(const std::string& label, const std::string& text) { out_ += fmt::format("  {:<16}{}\n", label, text); }
   /// A number right-aligned before its unit and a remark.
   void value(const std::string& label, const std::string& digits, int power, const std::string& remark) {
-    line(label, fmt::format("{:>12} {:<6} {}", digits, unit_text(unit_, power), remark));
+    line(label, fmt::format("{:>12} {:<{}} {}", digits, measured_unit(c_, power), unit_width_, remark));
   }
   void free_line(const std::string& text) { out_ += text + "\n"; }
   [[nodiscard]] const std::string& str() const { return out_; }
 
  private:
-  std::string unit_, out_;
+  const Comparison& c_;
+  int unit_width_ = 0;
+  std::string out_;
 };
 
 void add_input(Summary& s, const InputSummary& in) {
@@ -58,10 +65,10 @@ void add_truth(Summary& s, const Truth& truth, const Measures& m) {
 std::string comparison_text(const Comparison& c, const std::optional<Truth>& truth) {
   const Measures& m = c.measures;
   const DifferenceStatistics& d = m.difference;
-  Summary s(c.unit);
+  Summary s(c);
   const auto n = [](double v) { return number(v, plain); };
   s.free_line(
-      headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + unit_text(c.unit, power); }));
+      headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); }));
   add_input(s, c.a);
   add_input(s, c.b);
   s.value("gained", n(m.volume.above), 3, "volume where B lies above A");

@@ -106,6 +106,20 @@ std::string unit_text(const std::string& unit, int power) {
   return base + (power == 3 ? "³" : power == 2 ? "²" : "");
 }
 
+std::string height_unit(const Comparison& c) {
+  if (c.unit == "unknown" || !c.options.unit.empty()) return c.unit;
+  const std::string& named = c.a.vertical_unit != "unknown" ? c.a.vertical_unit : c.b.vertical_unit;
+  if (named == "unknown") return c.unit == "deg" ? named : c.unit;
+  const bool along_z = c.frame.rotation[6] == 0 && c.frame.rotation[7] == 0;
+  return named == c.unit || along_z ? named : "unknown";
+}
+
+std::string measured_unit(const Comparison& c, int power) {
+  const std::string height = height_unit(c);
+  if (power == 2 || height == c.unit) return unit_text(c.unit, power);
+  return power == 1 ? unit_text(height) : unit_text(height) + "·" + unit_text(c.unit, 2);
+}
+
 std::string unit_sentence(const std::string& unit) {
   return unit == "unknown" || unit.empty() ? "units unknown (as in the files)" : unit_text(unit);
 }

@@ -31,6 +31,13 @@ enum class Typography { plain, fine };
 /// "m", "m²", "m³"; "US ft²"; "units" where the unit is unknown.
 [[nodiscard]] std::string unit_text(const std::string& unit, int power = 1);
 
+/// Unit of heights and of d. That of x and y, unless the files name another for their heights; "unknown" where x and y
+/// are degrees and the heights' unit is not named, or where the two differ and the direction is not z.
+[[nodiscard]] std::string height_unit(const Comparison& c);
+
+/// Of a measured height (power 1), area (2) or volume (3); "US ft·m²" where heights have a unit of their own.
+[[nodiscard]] std::string measured_unit(const Comparison& c, int power);
+
 /// "m", or "units unknown (as in the files)".
 [[nodiscard]] std::string unit_sentence(const std::string& unit);
 
