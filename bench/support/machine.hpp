@@ -1,0 +1,9 @@
+// Where the numbers come from: processor, cores, memory, compiler, load. No names of hosts or people.
+#pragma once
+#include <string>
+
+namespace isopach::bench {
+
+[[nodiscard]] std::string machine_description();
+
+}  // namespace isopach::bench
