@@ -7,6 +7,7 @@
 #include <cstring>
 #include <functional>
 #include <stdexcept>
+#include <utility>
 
 #include "bench/experiments/experiments.hpp"
 #include "bench/rivals/rival.hpp"

@@ -172,8 +172,9 @@ void stages(const Setup& setup, Page& page) {
                against(ns(s[4], n), 40), "40"},
               {"merge", against(ns(s[2], united), 150), cgal(s[7], united), ratio(s[2], s[7]), "150", "110",
                against(ns(s[5], united), 90), "90"}});
-  page.paragraph("Triangles visited per node: " +
-                 number(static_cast<double>(located.visited) / static_cast<double>(n)) + " (target 3).");
+  page.paragraph(
+      "Triangles visited per node: " + number(static_cast<double>(located.visited) / static_cast<double>(n)) +
+      " (target 3). The merged triangulation is " + verdict_on_merge(pair, merged) + ".");
 }
 
 void whole(const Setup& setup, Page& page) {

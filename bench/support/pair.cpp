@@ -1,6 +1,7 @@
 #include "bench/support/pair.hpp"
 
 #include "isopach/base/random.hpp"
+#include "isopach/delaunay/validate.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/localise.hpp"
@@ -63,6 +64,11 @@ Located localise_both(const Pair& pair) {
 Triangulation merge(const Pair& pair) {
   const UnitedNodes g = unite(pair.a.xy, pair.b.xy, pair.box);
   return triangulate(g.xy, pair.box, {});
+}
+
+std::string verdict_on_merge(const Pair& pair, const Triangulation& merged) {
+  const auto fault = validate(merged, unite(pair.a.xy, pair.b.xy, pair.box).xy);
+  return fault ? "WRONG: " + *fault : "right";
 }
 
 std::string merge_description() { return "both node lists merged in curve order, then triangulated from scratch"; }

@@ -39,6 +39,9 @@ struct Located {
 /// The common triangulation of both meshes.
 [[nodiscard]] Triangulation merge(const Pair& pair);
 
+/// "right" if `merged` is the Delaunay triangulation of the union, by the exact validator, else what is wrong.
+[[nodiscard]] std::string verdict_on_merge(const Pair& pair, const Triangulation& merged);
+
 /// How `merge` does it, for the page.
 [[nodiscard]] std::string merge_description();
 
