@@ -20,6 +20,7 @@ constexpr double least_group = 0.2;       // share of the cell's points that a l
 constexpr double least_separation = 6;    // layers apart, in standard deviations about their planes. One normal layer
                                           // cut in two shows 2.7, a uniform one 3.5.
 constexpr double least_height = 0.25;     // layers apart, in point spacings: steps of rounding are no layers
+constexpr std::size_t enough_cells = 4096;  // of more cells an even sample is judged: the share is then right to 1 %
 constexpr double least_mixing = 0.5;      // neighbours in the other layer, relative to layers mixed at random
 
 struct Slope {
@@ -139,7 +140,11 @@ bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
 
 // The deepest level of the quadtree whose occupied squares hold least_mean points or more on average. Squares of level
 // l are runs of keys that share 2 l bits: their number is one more than the neighbours in the order that part by then.
-int cell_level(const Array<std::uint64_t>& keys) {
+struct Level {
+  int level;
+  std::size_t cells;  // occupied
+};
+Level cell_level(const Array<std::uint64_t>& keys) {
   using Parted = std::array<std::size_t, 33>;
   const Parted parted = reduce_blocks<Parted>(
       keys.size(), default_block,
@@ -154,11 +159,27 @@ int cell_level(const Array<std::uint64_t>& keys) {
       });
   std::size_t cells = 1;
   for (int level = 0; level < 32; ++level) {
-    cells += parted[static_cast<std::size_t>(level + 1)];
-    if (static_cast<double>(keys.size()) < least_mean * static_cast<double>(cells)) return level;
+    const std::size_t finer = cells + parted[static_cast<std::size_t>(level + 1)];
+    if (static_cast<double>(keys.size()) < least_mean * static_cast<double>(finer)) return {level, cells};
+    cells = finer;
   }
-  return 32;
+  return {32, cells};
 }
+
+// One cell in a power of two, told by the bits of its key, well mixed: a function of the place, spread evenly.
+class Sample {
+ public:
+  explicit Sample(const Level& level)
+      : shift_(64 - 2 * level.level), mask_(std::bit_floor(std::max<std::size_t>(1, level.cells / enough_cells)) - 1) {}
+  [[nodiscard]] bool holds(std::uint64_t key) const {
+    const std::uint64_t cell = shift_ >= 64 ? 0 : key >> shift_;
+    return ((cell * 0x9e3779b97f4a7c15ULL >> 32) & mask_) == 0;
+  }
+
+ private:
+  int shift_;
+  std::uint64_t mask_;
+};
 
 struct Tally {
   std::size_t judged = 0, layered = 0;
@@ -178,7 +199,9 @@ double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, c
   Array<Point2>().swap(kept.xy);
   context.check();
 
-  const int level = cell_level(keys);
+  const Level found = cell_level(keys);
+  const int level = found.level;
+  const Sample sample(found);
   const double width = std::ldexp(1 / frame.curve.scale, 32 - level);
   const auto same_cell = [&](std::size_t i, std::size_t j) {
     return level == 0 || (keys[i] ^ keys[j]) >> (64 - 2 * level) == 0;
@@ -191,7 +214,7 @@ double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, c
         Cell cell;
         std::vector<Point3> points;
         for (std::size_t k = begin; k < end; ++k) {
-          if (k > 0 && same_cell(k - 1, k)) continue;
+          if ((k > 0 && same_cell(k - 1, k)) || !sample.holds(keys[k])) continue;
           points.clear();
           for (std::size_t i = k; i < keys.size() && same_cell(k, i); ++i)
             points.push_back(frame.to_field(filter.posed(kept.point(order[i]))));

@@ -22,25 +22,38 @@ std::array<double, 3> sorted(std::array<double, 3> d) {
   return d;
 }
 
-double area_up_to(const Cell& cell, const Quantile& q, double v) {
-  if (!q.absolute) return area_below(cell, v);
-  if (v < 0) return 0;
-  // The lower limit belongs to the range: a cell constant at centre − v counts.
-  const Cell mirrored{cell.area, {-cell.d[0], -cell.d[1], -cell.d[2]}};
-  return std::max(0.0, area_below(cell, q.centre + v) + area_below(mirrored, v - q.centre) - cell.area);
-}
-
 struct Range {
   double low, high;
 };
 
-Range range_of(const Cell& cell, const Quantile& q) {
-  double low = std::min({cell.d[0], cell.d[1], cell.d[2]}), high = std::max({cell.d[0], cell.d[1], cell.d[2]});
+// Of the variable on a cell where d runs from low to high.
+Range range_of(double low, double high, const Quantile& q) {
   if (!q.absolute) return {low, high};
   low -= q.centre;
   high -= q.centre;
-  if (low <= 0 && high >= 0) return {0, std::max(-low, high)};
-  return {std::min(std::fabs(low), std::fabs(high)), std::max(std::fabs(low), std::fabs(high))};
+  return {std::max({0.0, low, -high}), std::max(-low, high)};
+}
+
+// Area where the variable is ≤ v, and how fast it grows with v. Values sorted, not all equal.
+struct Growth {
+  double area = 0, density = 0;
+};
+Growth growth_of_d(const Cell& cell, double v) {
+  const auto [d0, d1, d2] = cell.d;
+  if (v <= d0) return {};
+  if (v >= d2) return {cell.area, 0};
+  if (v < d1) {
+    const double rate = cell.area * (v - d0) / ((d1 - d0) * (d2 - d0));
+    return {rate * (v - d0), 2 * rate};
+  }
+  const double rate = cell.area * (d2 - v) / ((d2 - d0) * (d2 - d1));
+  return {cell.area - rate * (d2 - v), 2 * rate};
+}
+Growth growth(const Cell& cell, const Quantile& q, double v) {
+  if (!q.absolute) return growth_of_d(cell, v);
+  if (v < 0) return {};
+  const Growth upper = growth_of_d(cell, q.centre + v), lower = growth_of_d(cell, q.centre - v);
+  return {upper.area - lower.area, upper.density + lower.density};
 }
 
 // Area up to each edge of even bins, as running sums of quadratics in the number of the edge.
@@ -135,36 +148,41 @@ struct Kept {
   std::vector<std::pair<double, double>> flat;  // constant cells in it: value of the variable, area
 };
 
-// The smallest v in [low, high] where the area reaches the target: false position kept honest by bisection.
+// The v in [low, high] where the area reaches the target: Newton's method inside a bracket that bisection keeps closing.
 double solve(const Kept& kept, const Quantile& q, double low, double high, double target) {
   const Steps steps(kept.flat);
-  const auto excess = [&](double v) {
-    const Sum sum = reduce_blocks<Sum>(
+  struct Totals {
+    Sum area, density;
+  };
+  const auto at = [&](double v) {
+    const Totals totals = reduce_blocks<Totals>(
         kept.cut.size(), block,
         [&](std::size_t begin, std::size_t end) {
-          Sum part;
-          for (std::size_t i = begin; i < end; ++i) part.add(area_up_to(kept.cut[i], q, v));
+          Totals part;
+          for (std::size_t i = begin; i < end; ++i) {
+            const Growth g = growth(kept.cut[i], q, v);
+            part.area.add(g.area);
+            part.density.add(g.density);
+          }
           return part;
         },
-        [](Sum& total, const Sum& part) { total.add(part); });
-    return kept.below.value() + sum.value() + steps.up_to(v) - target;
+        [](Totals& total, const Totals& part) {
+          total.area.add(part.area);
+          total.density.add(part.density);
+        });
+    return Growth{kept.below.value() + totals.area.value() + steps.up_to(v) - target, totals.density.value()};
   };
+  const double rounding = 1e-15 * target;
   low = std::nextafter(low, -HUGE_VAL);
-  double at_low = excess(low), at_high = excess(high);
-  if (at_low >= 0) return low;
+  double v = low + (high - low) / 2;
   for (int i = 0;; ++i) {
-    double middle = low + (high - low) / 2;
-    if (middle <= low || middle >= high) return high;
-    if (i % 3 != 2 && at_high > at_low) {
-      const double guess = low + (high - low) * (-at_low / (at_high - at_low));
-      // A little past the guess on the far side, so that both ends close in.
-      const double nudge = (high - low) * 1e-3;
-      const double aimed = i % 3 == 0 ? guess - nudge : guess + nudge;
-      if (aimed > low && aimed < high) middle = aimed;
-    }
-    const double at_middle = excess(middle);
-    (at_middle >= 0 ? high : low) = middle;
-    (at_middle >= 0 ? at_high : at_low) = at_middle;
+    if (v <= low || v >= high) return high;
+    const Growth g = at(v);
+    if (std::fabs(g.area) <= rounding && g.density > 0) return v;
+    (g.area >= 0 ? high : low) = v;
+    const double middle = low + (high - low) / 2, aimed = v - g.area / g.density;
+    // A step may leave the bracket, or crawl where the distribution jumps: then halve.
+    v = i % 4 != 3 && aimed > low && aimed < high ? aimed : middle;
   }
 }
 
@@ -244,13 +262,14 @@ std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted)
         std::vector<Kept> part(wanted.size());
         for (std::size_t i = begin; i < end; ++i) {
           if (cells_.in_domain[i] == 0) continue;
-          const Cell cell = cell_at(cells_, i);
+          Cell cell = cell_at(cells_, i);
+          cell.d = sorted(cell.d);
           for (std::size_t k = 0; k < wanted.size(); ++k) {
-            const Range r = range_of(cell, wanted[k]);
-            if (r.high < brackets[k].low)
+            const Range r = range_of(cell.d[0], cell.d[2], wanted[k]);
+            if (r.high < brackets[k].low) {
               part[k].below.add(cell.area);
-            else if (r.low <= brackets[k].high) {
-              if (cell.d[0] == cell.d[1] && cell.d[1] == cell.d[2])
+            } else if (r.low <= brackets[k].high) {
+              if (cell.d[0] == cell.d[2])
                 part[k].flat.emplace_back(r.low, cell.area);
               else
                 part[k].cut.push_back(cell);
