@@ -1,5 +1,5 @@
 // kernel_bench: every experiment on the kernel, the rivals in the same run. Prints tables; writes benchmark.md and its
-// plots. kernel_bench [--quick] [--n POINTS] [--docs FOLDER] [--only EXPERIMENT]
+// plots. kernel_bench [--quick | --short] [--n POINTS] [--docs FOLDER] [--only EXPERIMENT]
 #include <fmt/format.h>
 #include <unistd.h>
 
@@ -33,8 +33,11 @@ Arguments parse(int argc, char** argv) {
       if (i + 1 >= argc) throw std::runtime_error(word + ": a value is missing");
       return argv[++i];
     };
+    Setup& setup = given.setup;
     if (word == "--quick")
-      given.setup.quick = true, given.setup.n = 100'000, given.setup.repeats = 3;
+      setup.quick = true, setup.four_million = false, setup.n = 100'000, setup.repeats = 3, setup.slow_repeats = 1;
+    else if (word == "--short")
+      setup.four_million = false, setup.repeats = 3, setup.slow_repeats = 1;
     else if (word == "--n")
       given.setup.n = std::stoull(value());
     else if (word == "--docs")
@@ -44,7 +47,7 @@ Arguments parse(int argc, char** argv) {
     else if (word == "--probe")
       given.probe = value();
     else
-      throw std::runtime_error(word + ": unknown; use --quick, --n POINTS, --docs FOLDER, --only EXPERIMENT");
+      throw std::runtime_error(word + ": unknown; use --quick, --short, --n POINTS, --docs FOLDER, --only EXPERIMENT");
   }
   return given;
 }
@@ -64,23 +67,27 @@ void complete(Arguments& given) {
   const bool official = !setup.quick && given.only.empty();
   setup.docs = !given.docs.empty() ? given.docs : official ? "docs" : "out/bench";
   setup.scratch = std::filesystem::temp_directory_path() / fmt::format("isopach-bench-{}", getpid());
-  setup.sizes = setup.quick
-                    ? std::vector<std::size_t>{10'000, 30'000, 100'000}
-                    : std::vector<std::size_t>{10'000, 30'000, 100'000, 300'000, 1'000'000, 2'000'000, 4'000'000};
+  setup.sizes = {10'000, 30'000, 100'000};
+  if (!setup.quick) setup.sizes.insert(setup.sizes.end(), {300'000, 1'000'000});
+  if (setup.four_million) setup.sizes.insert(setup.sizes.end(), {2'000'000, 4'000'000});
   setup.worst_sizes = setup.quick ? std::vector<std::size_t>{250, 500, 1000, 2000}
                                   : std::vector<std::size_t>{250, 500, 1000, 2000, 4000, 8000, 16000};
 }
 
-void introduction(Page& page) {
+void introduction(const Setup& setup, Page& page) {
   page.paragraph(
       "# Benchmark\n\nWritten by `make bench`; do not edit. Machine: " + isopach::bench::machine_description() +
       ". Rival: " + isopach::bench::rival::name() + ", exact predicates, inexact constructions, range insertion.");
   page.paragraph(
       "One thread is timed by its own CPU clock, two threads by the wall clock. Contestants take turns in one process "
-      "and "
-      "medians are compared, so ratios hold where absolute times do not. Freed memory stays in the process (no page "
-      "faults on the clock), "
-      "for everybody, except where whole processes are run. \"Not reached\" stands where a target is missed.");
+      "and medians are compared, so ratios hold where absolute times do not. Freed memory stays in the process (no "
+      "page faults on the clock), for everybody, except where whole processes are run. \"Not reached\" stands where a "
+      "target is missed.");
+  if (!setup.four_million)
+    page.paragraph("A short run: fewer repeats, each whole program once, nothing with 4 000 000 points.");
+  if (isopach::bench::machine_load() > 1)
+    page.paragraph(
+        "**Other work was going on**: wall times, and with them all numbers for two threads, are too large.");
 }
 
 using Experiment = void (*)(const Setup&, Page&);
@@ -110,7 +117,7 @@ int main(int argc, char** argv) try {
   isopach::bench::keep_heap();
   std::filesystem::create_directories(given.setup.scratch);
   Page page;
-  introduction(page);
+  introduction(given.setup, page);
   bool any = false;
   for (const auto& [name, experiment] : experiments) {
     if (!given.only.empty() && given.only != name) continue;

@@ -12,6 +12,8 @@ struct Setup {
   bool quick = false;
   std::size_t n = 1'000'000;
   int repeats = 5;
+  int slow_repeats = 3;                  ///< of whole comparisons and processes
+  bool four_million = true;              ///< also with 4·10⁶ points
   std::vector<std::size_t> sizes;        ///< of the experiments on growth
   std::vector<std::size_t> worst_sizes;  ///< of the constructed worst case
   std::filesystem::path self, programs, shared, scratch, docs;

@@ -189,7 +189,7 @@ void whole(const Setup& setup, Page& page) {
                                          {"two", 2, [&] { found = compare(a, b, bare, {}); }, drop, [] {}}};
   if (rival::available())
     contestants.push_back({"cgal", 1, [&] { theirs = rival::compare(a.points, b.points); }, drop, [] {}});
-  std::vector<double> s = take_turns(contestants, setup.quick ? 1 : 3);
+  std::vector<double> s = take_turns(contestants, setup.slow_repeats);
   s.resize(4, 0);
   run_with_threads(1, [&] { found = compare(a, b, bare, {}); });
   page.heading("Whole comparison in memory");

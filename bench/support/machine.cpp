@@ -28,12 +28,15 @@ std::string compiler() {
 
 }  // namespace
 
+double machine_load() {
+  double load = 0;
+  return getloadavg(&load, 1) == 1 ? load : 0;
+}
+
 std::string machine_description() {
   const double gib = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGESIZE)) / 0x1p30;
-  double load = 0;
-  if (getloadavg(&load, 1) != 1) load = 0;
   return fmt::format("{}, {} cores, {:.0f} GiB, {}, -O3 -march=native; load of the machine at the start {:.1f}",
-                     cpu_model(), std::thread::hardware_concurrency(), gib, compiler(), load);
+                     cpu_model(), std::thread::hardware_concurrency(), gib, compiler(), machine_load());
 }
 
 }  // namespace isopach::bench

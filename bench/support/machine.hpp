@@ -5,5 +5,6 @@
 namespace isopach::bench {
 
 [[nodiscard]] std::string machine_description();
+[[nodiscard]] double machine_load();  ///< programs that want a core, mean of the last minute
 
 }  // namespace isopach::bench
