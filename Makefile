@@ -17,10 +17,10 @@ demo: build  ## a comparison with known truth, and its report
 test: build  ## all tests; the last lines are ctest's own
 	@ctest --preset release -j $(JOBS)
 
-bench: setup  ## builds and runs every benchmark
-	@cmake --preset release -DISOPACH_BENCH=ON --log-level=WARNING
-	@cmake --build --preset release -j $(JOBS)
-	@scripts/bench
+bench: setup  ## builds for this machine, runs the experiments, writes docs/benchmark.md; BENCH=--quick for a minute
+	@cmake --preset bench --log-level=WARNING
+	@cmake --build --preset bench -j $(JOBS)
+	@scripts/bench $(BENCH)
 
 check:  ## the project's own rules
 	@scripts/checks/all
