@@ -139,9 +139,12 @@ void Clock::stop() {
 
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
   for (const auto& [cloud, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}}) {
-    for (const std::string& note : cloud->notes) c.warnings.push_back(name_of(*cloud, role) + ": " + note);
+    for (const std::string& note : cloud->notes) {  // readers that know the file's name have said it
+      const std::string name = name_of(*cloud, role) + ": ";
+      c.warnings.push_back(note.rfind(name, 0) == 0 ? note : name + note);
+    }
     if (options.allow_crs) continue;
-    if (cloud->unit == "deg" && options.unit.empty())
+    if (cloud->unit == "deg")
       throw InputError(name_of(*cloud, role) +
                        ": x and y are degrees, so areas and volumes would mean nothing: project it to a metric CRS, or "
                        "pass --allow-crs");
@@ -272,7 +275,7 @@ void describe_domain(const CellView& cells, Comparison& c) {
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
   if (c.coverage < c.options.min_coverage)
     throw OverlapError(fmt::format(
-        "coverage is {:.3f}, below the {:.3f} that --min-coverage asks for: the scans share too little area",
+        "coverage is {:.6g}, below the {:.6g} that --min-coverage asks for: the scans share too little area",
         c.coverage, c.options.min_coverage));
   describe_slivers(cells, c);
 }

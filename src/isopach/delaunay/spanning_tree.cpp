@@ -84,8 +84,8 @@ bool shorter(const Link& l, const Link& m, const Array<Edge>& edges) {
 }
 
 // Every component points to the one its shortest edge leads to; pairs that chose the same edge point at each other. The
-// lesser of such a pair becomes the root of all that point there. Returns the number of roots; `to` becomes labels in the
-// order of the roots, so that numbers stay in curve order.
+// lesser of such a pair becomes the root of all that point there. Returns the number of roots; `to` becomes labels in
+// the order of the roots, so that numbers stay in curve order.
 Index contract(Array<Index>& to) {
   const auto n = static_cast<Index>(to.size());
   for (Index c = 0; c < n; ++c)
@@ -107,8 +107,8 @@ Index contract(Array<Index>& to) {
   return roots;
 }
 
-// Borůvka with contraction: every component takes its shortest outgoing edge, components that meet become one, edges whose
-// ends have met are dropped. Each round at least halves the components, and what is left of the edges with them.
+// Borůvka with contraction: every component takes its shortest outgoing edge, components that meet become one, edges
+// whose ends have met are dropped. Each round at least halves the components, and what is left of the edges with them.
 Array<Edge> boruvka(const Array<Edge>& edges, std::size_t nodes) {
   Array<Edge> tree;
   tree.reserve(nodes > 0 ? nodes - 1 : 0);

@@ -13,15 +13,15 @@ namespace isopach {
 namespace {
 
 // The rule, tuned on the scenes and scans of tests/field/layers_test.cpp.
-constexpr std::size_t least_points = 12;  // a cell with fewer is not judged
-constexpr std::size_t most_points = 128;  // of a fuller cell an even sample is judged
-constexpr double least_mean = 24;         // points per occupied cell, on average: from this to 4 times this
-constexpr double least_group = 0.2;       // share of the cell's points that a layer must have
-constexpr double least_separation = 6;    // layers apart, in standard deviations about their planes. One normal layer
-                                          // cut in two shows 2.7, a uniform one 3.5.
-constexpr double least_height = 0.25;     // layers apart, in point spacings: steps of rounding are no layers
+constexpr std::size_t least_points = 12;    // a cell with fewer is not judged
+constexpr std::size_t most_points = 128;    // of a fuller cell an even sample is judged
+constexpr double least_mean = 24;           // points per occupied cell, on average: from this to 4 times this
+constexpr double least_group = 0.2;         // share of the cell's points that a layer must have
+constexpr double least_separation = 6;      // layers apart, in standard deviations about their planes. One normal layer
+                                            // cut in two shows 2.7, a uniform one 3.5.
+constexpr double least_height = 0.25;       // layers apart, in point spacings: steps of rounding are no layers
 constexpr std::size_t enough_cells = 4096;  // of more cells an even sample is judged: the share is then right to 1 %
-constexpr double least_mixing = 0.5;      // neighbours in the other layer, relative to layers mixed at random
+constexpr double least_mixing = 0.5;        // neighbours in the other layer, relative to layers mixed at random
 
 struct Slope {
   double x = 0, y = 0;

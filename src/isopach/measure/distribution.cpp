@@ -148,7 +148,8 @@ struct Kept {
   std::vector<std::pair<double, double>> flat;  // constant cells in it: value of the variable, area
 };
 
-// The v in [low, high] where the area reaches the target: Newton's method inside a bracket that bisection keeps closing.
+// The v in [low, high] where the area reaches the target: Newton's method inside a bracket that bisection keeps
+// closing.
 double solve(const Kept& kept, const Quantile& q, double low, double high, double target) {
   const Steps steps(kept.flat);
   struct Totals {
