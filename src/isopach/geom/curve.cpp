@@ -112,23 +112,50 @@ struct FullOrder {
   }
 };
 
+// A long run (a far outlier leaves the rest of the points in few cells) is sorted by keys made once.
+void sort_run(std::span<Item> run, const FullOrder& less) {
+  constexpr std::size_t long_run = 32;
+  if (run.size() <= long_run) {
+    std::sort(run.begin(), run.end(), less);
+    return;
+  }
+  struct Keyed {
+    std::uint64_t key;
+    Item item;
+  };
+  std::vector<Keyed> keyed(run.size());
+  for (std::size_t i = 0; i < run.size(); ++i) keyed[i] = {curve_key(less.box, less.points[run[i].id]), run[i]};
+  std::sort(keyed.begin(), keyed.end(),
+            [&](const Keyed& a, const Keyed& b) { return a.key != b.key ? a.key < b.key : less(a.item, b.item); });
+  for (std::size_t i = 0; i < run.size(); ++i) run[i] = keyed[i].item;
+}
+
 void sort_runs(Array<Item>& items, int unsorted_bits, const FullOrder& less) {
   const std::size_t n = items.size();
   const auto same_run = [&](std::size_t i, std::size_t j) {
     return (static_cast<std::uint64_t>(items[i].key) >> unsorted_bits) ==
            (static_cast<std::uint64_t>(items[j].key) >> unsorted_bits);
   };
-  for_blocks(n, std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
-    // A run belongs to the block it starts in.
-    std::size_t i = begin;
-    while (i > 0 && i < end && same_run(i, i - 1)) ++i;
-    while (i < end) {
-      std::size_t j = i + 1;
-      while (j < n && same_run(i, j)) ++j;
-      if (j - i > 1)
-        std::sort(items.begin() + static_cast<std::ptrdiff_t>(i), items.begin() + static_cast<std::ptrdiff_t>(j), less);
-      i = j;
+  // A run belongs to the block it starts in. Where that is, is settled before any run is sorted: two blocks never touch
+  // the same item.
+  constexpr std::size_t block = std::size_t{1} << 16;
+  std::vector<std::size_t> first((n + block - 1) / block + 1, n);
+  for_blocks(first.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b) {
+      std::size_t i = b * block;
+      const std::size_t stop = std::min(n, i + block);
+      while (i > 0 && i < stop && same_run(i, i - 1)) ++i;
+      first[b] = i;
     }
+  });
+  for (std::size_t b = first.size() - 1; b-- > 0;)
+    if (first[b] == std::min(n, (b + 1) * block)) first[b] = first[b + 1];  // no run starts here
+  for_blocks(first.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t b = begin; b < end; ++b)
+      for (std::size_t i = first[b], j = i; i < first[b + 1]; i = j) {
+        for (j = i + 1; j < first[b + 1] && same_run(i, j);) ++j;
+        if (j - i > 1) sort_run({items.data() + i, j - i}, less);
+      }
   });
 }
 
