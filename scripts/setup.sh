@@ -14,12 +14,12 @@ packages=(
   # checks and fuzzing
   clang clang-format
   # the library
-  libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev libproj-dev libpng-dev
+  libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libgdal-dev libproj-dev libpng-dev
   libcairo2-dev fonts-dejavu-core
   # the command line
   libcli11-dev
   # tests and benchmarks
-  libgtest-dev libbenchmark-dev libcgal-dev
+  libgtest-dev libboost-dev libcgal-dev
 )
 
 # Debian 12 is the one Debian release without LASzip. The three packages of Debian 13 need nothing newer than Debian 12
