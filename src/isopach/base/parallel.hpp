@@ -5,15 +5,20 @@
 //   reduce_blocks      per-block results, combined in block order: the same bits for any number of threads
 //   both               two tasks side by side
 // Blocks depend on n and the block size alone, never on the number of threads.
+//
+// Built with ISOPACH_STD_THREADS (preset tsan) the same verbs run on plain threads: the thread sanitizer does not see
+// how oneTBB synchronises, and would report its every task.
 #pragma once
 #include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <vector>
 
+#if !defined(ISOPACH_STD_THREADS)
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/parallel_for.h>
 #include <oneapi/tbb/parallel_invoke.h>
+#endif
 
 namespace isopach {
 
@@ -25,6 +30,13 @@ void run_with_threads(int threads, const std::function<void()>& work);
 /// Number of threads that parallel work may use where this is called.
 [[nodiscard]] int thread_count();
 
+#if defined(ISOPACH_STD_THREADS)
+namespace std_threads {
+void run_blocks(std::size_t blocks, const std::function<void(std::size_t)>& work);
+void run_both(const std::function<void()>& f, const std::function<void()>& g);
+}  // namespace std_threads
+#endif
+
 template <class F>
 void for_blocks(std::size_t n, std::size_t block, F&& f) {
   const std::size_t blocks = (n + block - 1) / block;
@@ -32,11 +44,15 @@ void for_blocks(std::size_t n, std::size_t block, F&& f) {
     if (n > 0) f(std::size_t{0}, n);
     return;
   }
+#if defined(ISOPACH_STD_THREADS)
+  std_threads::run_blocks(blocks, [&](std::size_t b) { f(b * block, std::min(n, (b + 1) * block)); });
+#else
   oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, blocks, 1),
                             [&](const oneapi::tbb::blocked_range<std::size_t>& range) {
                               for (std::size_t b = range.begin(); b != range.end(); ++b)
                                 f(b * block, std::min(n, (b + 1) * block));
                             });
+#endif
 }
 
 template <class F>
@@ -59,7 +75,11 @@ template <class T, class Map, class Combine>
 
 template <class F, class G>
 void both(F&& f, G&& g) {
+#if defined(ISOPACH_STD_THREADS)
+  std_threads::run_both(f, g);
+#else
   oneapi::tbb::parallel_invoke(std::forward<F>(f), std::forward<G>(g));
+#endif
 }
 
 }  // namespace isopach
