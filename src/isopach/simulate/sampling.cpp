@@ -82,12 +82,6 @@ Flight plan_flight(const Footprint& turned, std::size_t count, const ScanPattern
 
 Footprint rectangle(const Point2& min, const Point2& max) { return {min, {max.x, min.y}, max, {min.x, max.y}}; }
 
-double polygon_area(const Footprint& polygon) {
-  double twice = 0;
-  for (std::size_t i = 2; i < polygon.size(); ++i) twice += turn(polygon[0], polygon[i - 1], polygon[i]);
-  return twice / 2;
-}
-
 bool contains(const Footprint& polygon, const Point2& p) {
   for (std::size_t i = 0; i < polygon.size(); ++i)
     if (turn(polygon[i], polygon[(i + 1) % polygon.size()], p) < 0) return false;

@@ -7,6 +7,7 @@
 
 #include "isopach/base/array.hpp"
 #include "isopach/geom/vec.hpp"
+#include "isopach/overlay/hulls.hpp"
 
 namespace isopach {
 
@@ -14,7 +15,6 @@ namespace isopach {
 using Footprint = std::vector<Point2>;
 
 [[nodiscard]] Footprint rectangle(const Point2& min, const Point2& max);
-[[nodiscard]] double polygon_area(const Footprint& polygon);
 [[nodiscard]] bool contains(const Footprint& polygon, const Point2& p);  ///< border included, up to rounding
 
 /// Who draws: nodes of different scans of one scene must not share random numbers.
