@@ -1,0 +1,90 @@
+// Seam: the state of a merge, shared by its two halves: contours.cpp (make the interface triangles) and sew.cpp (write
+// T). Internal to overlay/merge.
+#pragma once
+#include <array>
+#include <span>
+#include <vector>
+
+#include "isopach/base/array.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/triangulation.hpp"
+#include "isopach/overlay/common.hpp"
+#include "isopach/overlay/location.hpp"
+
+namespace isopach::seam {
+
+// What a half-edge of a dead triangle leads to is its twin until an interface triangle leans on it; then it is a tag,
+// the id of that triangle's record with the side 3 that no half-edge has. So the tag is where a contour looks anyway,
+// and a side is a side of T exactly if it is tagged.
+[[nodiscard]] constexpr bool is_tag(Index link) { return side_of(link) == 3; }
+[[nodiscard]] constexpr Index tag(Index record) { return half_edge(record, 3); }
+[[nodiscard]] constexpr Index record_of(Index link) { return triangle_of(link); }
+
+// An interface triangle (o, d, apex) that leans on the half-edge o→d of a dead triangle. Side 0 is the leaning one.
+struct Record {
+  HalfEdge twin;  // what the tag replaced: the half-edge on the other side of the leaning one
+  Index apex;     // node of the other colour; no_index in a proxy
+  // Across sides 1 (d→apex) and 2 (apex→o): 4·record + side. Where a contour ends, o is shared and side 2 leans on
+  // the other triangulation: then across[1] is the tag of a second record, a proxy that holds that twin.
+  std::array<Index, 2> across;
+};
+
+// What is known of a triangle: corners through which a contour has turned (it is dead then), and a state for triangles
+// without a pure corner.
+enum class State : std::uint8_t { unknown, dead, twice };  // twice: in T1 and in T2, so in T
+
+struct Mesh {
+  Array<Triangle> triangles;
+  Index real = 0;
+  std::span<const Point2> xy;
+  const Locations* in_other = nullptr;
+  Array<Index> united;          // ids in the union
+  std::span<const Index> own;   // of the united nodes: the node of this mesh, or no_index
+  Array<std::uint8_t> turned;   // by half-edge: 1 if a contour turned through this corner; at side 3 the State
+  Array<HalfEdge> leaving;      // a half-edge that starts at each node; only if there are shared nodes
+};
+
+struct Seam {
+  std::array<Mesh, 2> mesh;
+  Array<Record> records;
+  bool any_shared = false;
+
+  [[nodiscard]] bool is_pure(int c, Index node) const {
+    if (node == no_index) return false;
+    return !any_shared || mesh[1 - c].own[mesh[c].united[node]] == no_index;
+  }
+  // Union id; the infinite node keeps no_index.
+  [[nodiscard]] Index united(int c, Index node) const { return node == no_index ? no_index : mesh[c].united[node]; }
+  [[nodiscard]] Index origin(int c, HalfEdge h) const { return mesh[c].triangles[triangle_of(h)].v[side_of(h)]; }
+  [[nodiscard]] Index target(int c, HalfEdge h) const {
+    return mesh[c].triangles[triangle_of(h)].v[next_side(side_of(h))];
+  }
+  [[nodiscard]] Index apex(int c, HalfEdge h) const {
+    return mesh[c].triangles[triangle_of(h)].v[previous_side(side_of(h))];
+  }
+  [[nodiscard]] Index link(int c, HalfEdge h) const {  // twin or tag
+    return read_shared(mesh[c].triangles[triangle_of(h)].n[side_of(h)]);
+  }
+  [[nodiscard]] HalfEdge twin(int c, HalfEdge h) const {
+    const Index l = link(c, h);
+    return is_tag(l) ? records[record_of(l)].twin : l;
+  }
+  [[nodiscard]] bool turned(int c, HalfEdge corner) const { return read_shared(mesh[c].turned[corner]) != 0; }
+  [[nodiscard]] State state(int c, Index t) const { return static_cast<State>(read_shared(mesh[c].turned[half_edge(t, 3)])); }
+  [[nodiscard]] bool is_dead(int c, Index t) const {
+    return turned(c, half_edge(t, 0)) || turned(c, half_edge(t, 1)) || turned(c, half_edge(t, 2)) ||
+           state(c, t) == State::dead;
+  }
+
+  // The half-edge between the nodes of mesh `c` that are the united nodes a and b (at most one of them infinite), or
+  // no_index. Cost: the degree of the finite one.
+  [[nodiscard]] HalfEdge find(int c, Index a, Index b) const;
+};
+
+/// Makes every interface triangle.
+void trace_contours(Seam& s);
+
+/// T from the survivors and the interface triangles.
+[[nodiscard]] Triangulation sew(const Seam& s, Index nodes);
+
+}  // namespace isopach::seam
