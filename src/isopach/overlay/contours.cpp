@@ -51,9 +51,13 @@ class Tracer {
 
   // Makes the contours through all pure corners of the dead triangle t of mesh 0 that nobody turned through.
   void complete(Index t) {
-    for (Index k = 0; k < 3; ++k)
-      if (s_.is_pure(0, s_.mesh[0].triangles[t].v[k]) && !s_.turned(0, half_edge(t, k))) start(t, k);
+    for (Index k = 0; k < 3; ++k) {
+      if (!s_.is_pure(0, s_.mesh[0].triangles[t].v[k]) || s_.turned(0, half_edge(t, k))) continue;
+      start(t, k);
+      found_ = true;
+    }
   }
+  [[nodiscard]] bool has_found() const { return found_; }
 
   // The triangle of mesh `c` that holds a pure node of the other mesh.
   [[nodiscard]] Index holder(int c, Index node_of_other) const {
@@ -298,15 +302,36 @@ class Tracer {
   Seam& s_;
   Index& next_record_;
   bool concurrent_;
+  bool found_ = false;
   Index free_ = 0, free_end_ = 0;
   Array<HalfEdge> rim_, open_, foes_;
   Array<Index> star_;
 };
 
+// Whether the shared node is on the hull of T: all its neighbours along both hulls lie on one side of it.
+bool is_on_hull(const Seam& s, Index united) {
+  std::array<const Point2*, 4> ends{};  // on each hull the node after and the node before
+  const Point2* centre = nullptr;
+  for (const int c : {0, 1}) {
+    const HalfEdge out = s.find(c, united, no_index);
+    if (out == no_index) return false;
+    const Mesh& m = s.mesh[c];
+    centre = &m.xy[m.own[united]];
+    ends[2 * c] = &m.xy[s.apex(c, out)];
+    ends[2 * c + 1] = &m.xy[s.apex(c, s.twin(c, out))];
+  }
+  const auto all_left_of = [&](const Point2& first) {
+    return std::all_of(ends.begin(), ends.end(), [&](const Point2* w) { return orientation(*centre, first, *w) >= 0; });
+  };
+  return all_left_of(*ends[0]) || all_left_of(*ends[2]);
+}
+
 // For a side of mesh 0 both ends of which are shared: whether it is a side of T. It is if the other mesh has it too and
 // neither mesh's node on the one side lies in the circle of the other's triangle on the other side.
 bool is_side_of_both(const Seam& s, HalfEdge left_0) {
-  const HalfEdge left_1 = s.find(1, s.united(0, s.origin(0, left_0)), s.united(0, s.target(0, left_0)));
+  const Index from = s.united(0, s.origin(0, left_0)), to = s.united(0, s.target(0, left_0));
+  if (from == no_index || to == no_index) return is_on_hull(s, std::min(from, to));
+  const HalfEdge left_1 = s.find(1, from, to);
   if (left_1 == no_index) return false;
   const auto fits = [&](int c, HalfEdge left, HalfEdge other_left) {
     const Index right = s.apex(1 - c, s.twin(1 - c, other_left));
@@ -387,12 +412,18 @@ void trace_contours(Seam& s) {
     for (auto node = static_cast<Index>(begin); node < end; ++node)
       if (s.is_pure(1, node)) tracer.complete(tracer.holder(0, node));
   });
-  for_blocks(s.mesh[0].triangles.size(), 2 * nodes_at_once, [&](std::size_t begin, std::size_t end) {
-    Tracer tracer(s, next_record, concurrent);
-    Array<Index> open;
-    for (auto t = static_cast<Index>(begin); t < end; ++t)
-      if (s.is_dead(0, t)) complete_all(s, tracer, t, open);
-  });
+  // What a late contour turns through may lie before the place where it was found: until nothing is.
+  for (bool again = true; again;)
+    again = reduce_blocks<std::uint8_t>(
+                s.mesh[0].triangles.size(), 2 * nodes_at_once,
+                [&](std::size_t begin, std::size_t end) {
+                  Tracer tracer(s, next_record, concurrent);
+                  Array<Index> open;
+                  for (auto t = static_cast<Index>(begin); t < end; ++t)
+                    if (s.is_dead(0, t)) complete_all(s, tracer, t, open);
+                  return static_cast<std::uint8_t>(tracer.has_found());
+                },
+                [](std::uint8_t& any, std::uint8_t one) { any |= one; }) != 0;
 }
 
 }  // namespace isopach::seam
