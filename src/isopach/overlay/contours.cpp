@@ -48,6 +48,10 @@ struct Reached {
 class Tracer {
  public:
   Tracer(Seam& s, Index& next_record, bool concurrent) : s_(s), next_record_(next_record), concurrent_(concurrent) {}
+  Tracer(const Tracer&) = delete;
+  Tracer& operator=(const Tracer&) = delete;
+  // What is left of the last records taken goes back, unless others were taken since.
+  ~Tracer() { (void)claim(next_record_, free_end_, free_); }
 
   // Makes the contours through all pure corners of the dead triangle t of mesh 0 that nobody turned through.
   void complete(Index t) {
@@ -308,22 +312,27 @@ class Tracer {
   Array<Index> star_;
 };
 
-// Whether the shared node is on the hull of T: all its neighbours along both hulls lie on one side of it.
+// The outward directions at a hull node, as the arc from that of the node before it on the hull, counter-clockwise, to
+// the opposite of that of the node after it (both turned by a quarter). Whether the direction to w lies in it.
+bool in_normal_arc(const Point2& centre, const Point2& before, const Point2& after, const Point2& w) {
+  const int from_before = orientation(centre, before, w);
+  if (from_before < 0) return false;
+  if (from_before == 0 && lexicographic_less(centre, before) != lexicographic_less(centre, w)) return false;
+  return orientation(centre, after, w) >= 0;
+}
+
+// Whether the shared node is on the hull of T: the outward directions that both hulls leave it have one in common.
 bool is_on_hull(const Seam& s, Index united) {
-  std::array<const Point2*, 4> ends{};  // on each hull the node after and the node before
-  const Point2* centre = nullptr;
+  std::array<const Point2*, 2> before{}, after{};
   for (const int c : {0, 1}) {
     const HalfEdge out = s.find(c, united, no_index);
     if (out == no_index) return false;
-    const Mesh& m = s.mesh[c];
-    centre = &m.xy[m.own[united]];
-    ends[2 * c] = &m.xy[s.apex(c, out)];
-    ends[2 * c + 1] = &m.xy[s.apex(c, s.twin(c, out))];
+    after[c] = &s.mesh[c].xy[s.apex(c, out)];
+    before[c] = &s.mesh[c].xy[s.apex(c, s.twin(c, out))];
   }
-  const auto all_left_of = [&](const Point2& first) {
-    return std::all_of(ends.begin(), ends.end(), [&](const Point2* w) { return orientation(*centre, first, *w) >= 0; });
-  };
-  return all_left_of(*ends[0]) || all_left_of(*ends[2]);
+  const Point2& centre = s.mesh[0].xy[s.mesh[0].own[united]];
+  return in_normal_arc(centre, *before[0], *after[0], *before[1]) ||
+         in_normal_arc(centre, *before[1], *after[1], *before[0]);
 }
 
 // For a side of mesh 0 both ends of which are shared: whether it is a side of T. It is if the other mesh has it too and
