@@ -39,6 +39,100 @@ struct Corner {
   Index t, k;
 };
 
+// What turns around one node of an interface edge: left (counter-clockwise) around p, right around q. It stands in a
+// dead triangle at the side that leads on, centre→rim, and remembers what it has computed of the triangle beyond, for
+// the same triangle is asked again for every node of the other colour that the contour passes.
+template <bool left>
+class Fan {
+ public:
+  Corner at;       // the dead triangle, and its corner at the centre
+  Index centre;    // node
+  Index rim;       // the other end of the side, no_index for the infinite node
+  HalfEdge side;   // that side, as the dead triangle has it: rim→centre (left) or centre→rim (right)
+  Index link;      // twin of the side, or the tag of the interface triangle that leans on it
+
+  Fan(const Mesh& m, Corner corner) : m_(&m) { stand(corner); }
+
+  // Moves the centre, or stands at another corner of the same triangle.
+  void stand(Corner corner) {
+    const Triangle& t = m_->triangles[corner.t];
+    centre = t.v[corner.k];
+    centre_xy_ = m_->xy[centre];
+    at = corner;
+    rim = t.v[left ? previous_side(at.k) : next_side(at.k)];
+    if (rim != no_index) u_ = relative(rim);
+    look_beyond();
+  }
+
+  // Whether the circle of the triangle beyond holds q, a node of the other colour, at `w` from the centre.
+  [[nodiscard]] bool beyond_holds(const Point2& q, const Point2& w, double w2) const {
+    if (beyond_ == Beyond::tagged) return false;  // a side of T: nothing beyond it concerns this contour
+    if (beyond_ == Beyond::real) {
+      const double vw = v_.d.x * w.y, wv = w.x * v_.d.y, wu = w.x * u_.d.y, uw = u_.d.x * w.y;
+      const double det = u_.square * (vw - wv) + v_.square * (wu - uw) + w2 * cross_;
+      const double permanent = (std::fabs(vw) + std::fabs(wv)) * u_.square +
+                               (std::fabs(wu) + std::fabs(uw)) * v_.square + cross_size_ * w2;
+      const double bound = in_circle_filter * permanent + underflow_guard;
+      if (det > bound) return !left;
+      if (det < -bound) return left;
+    }
+    return holds(*m_, triangle_of(link), q);
+  }
+
+  // Into the triangle beyond.
+  void advance() {
+    const Index k = side_of(link);
+    at = {triangle_of(link), left ? k : next_side(k)};
+    rim = apex_;
+    u_ = v_;
+    look_beyond();
+  }
+
+  // To the rim, which becomes the centre.
+  void step_out() { stand({at.t, left ? previous_side(at.k) : next_side(at.k)}); }
+
+  [[nodiscard]] const Point2& xy() const { return centre_xy_; }
+
+ private:
+  enum class Beyond { tagged, real, ghostly };
+  struct Relative {
+    Point2 d;
+    double square;
+  };
+
+  [[nodiscard]] Relative relative(Index node) const {
+    const Point2& p = m_->xy[node];
+    const double x = p.x - centre_xy_.x, y = p.y - centre_xy_.y;
+    return {{x, y}, x * x + y * y};
+  }
+
+  void look_beyond() {
+    side = half_edge(at.t, left ? previous_side(at.k) : at.k);
+    link = read_shared(m_->triangles[at.t].n[side_of(side)]);
+    if (is_tag(link)) {
+      beyond_ = Beyond::tagged;
+      return;
+    }
+    apex_ = m_->triangles[triangle_of(link)].v[previous_side(side_of(link))];
+    if (apex_ != no_index) v_ = relative(apex_);
+    if (apex_ == no_index || rim == no_index) {
+      beyond_ = Beyond::ghostly;
+      return;
+    }
+    beyond_ = Beyond::real;
+    const double uv = u_.d.x * v_.d.y, vu = v_.d.x * u_.d.y;
+    cross_ = uv - vu;
+    cross_size_ = std::fabs(uv) + std::fabs(vu);
+  }
+
+  const Mesh* m_;
+  Point2 centre_xy_;
+  Relative u_{}, v_{};  // rim and apex of the triangle beyond, from the centre
+  double cross_ = 0, cross_size_ = 0;
+  Index apex_ = no_index;
+  Beyond beyond_ = Beyond::tagged;
+};
+
 // An interface edge as the interface triangle on one side of it knows it.
 struct Reached {
   HalfEdge edge;  // 4·record + side
@@ -90,16 +184,16 @@ class Tracer {
       free_ = concurrent_ ? take_next(next_record_, chunk) : next_record_;
       if (!concurrent_) next_record_ += chunk;
       free_end_ = free_ + chunk;
-      if (free_end_ > s_.records.size()) throw std::logic_error("merge: more interface triangles than there can be");
+      if (free_end_ > s_.first_proxy) throw std::logic_error("merge: more interface triangles than there can be");
     }
     return free_++;
   }
 
   // Puts the tag of a new triangle on the half-edge it leans on; false if one leans there already.
-  bool lean(int c, HalfEdge h, Index& link, Index record) {
+  bool lean(int c, HalfEdge h, Index& link, Index tag_of_new) {
     Index& word = s_.mesh[c].triangles[triangle_of(h)].n[side_of(h)];
-    if (concurrent_) return claim(word, link, tag(record));
-    word = tag(record);
+    if (concurrent_) return claim(word, link, tag_of_new);
+    word = tag_of_new;
     return true;
   }
 
@@ -108,76 +202,74 @@ class Tracer {
   template <int A>
   Reached trace(Corner a, Corner b) {
     constexpr int B = 1 - A;
-    const Mesh &ma = s_.mesh[A], &mb = s_.mesh[B];
-    Index p = ma.triangles[a.t].v[a.k], q = mb.triangles[b.t].v[b.k];
+    Fan<true> p(s_.mesh[A], a);
+    Fan<false> q(s_.mesh[B], b);
     Reached first{no_index, false};
     HalfEdge last = no_index;  // the side of the last triangle that leads on
     for (;;) {
-      HalfEdge on_a, on_b;  // where the next triangle would lean: y→p or q→x
-      Index link_a, link_b;
-      for (;;) {
-        on_a = half_edge(a.t, previous_side(a.k));
-        link_a = s_.link(A, on_a);
-        if (is_tag(link_a) || !holds(ma, triangle_of(link_a), mb.xy[q])) break;
-        a = {triangle_of(link_a), side_of(link_a)};
-        turn_through(A, a.t, a.k);
+      const Point2 pq{q.xy().x - p.xy().x, q.xy().y - p.xy().y}, qp{-pq.x, -pq.y};
+      const double pq2 = pq.x * pq.x + pq.y * pq.y;
+      while (p.beyond_holds(q.xy(), pq, pq2)) {
+        p.advance();
+        turn_through(A, p.at.t, p.at.k);
       }
-      for (;;) {
-        on_b = half_edge(b.t, b.k);
-        link_b = s_.link(B, on_b);
-        if (is_tag(link_b) || !holds(mb, triangle_of(link_b), ma.xy[p])) break;
-        b = {triangle_of(link_b), next_side(side_of(link_b))};
-        turn_through(B, b.t, b.k);
+      while (q.beyond_holds(p.xy(), qp, pq2)) {
+        q.advance();
+        turn_through(B, q.at.t, q.at.k);
       }
-      const Index y = ma.triangles[a.t].v[previous_side(a.k)], x = mb.triangles[b.t].v[next_side(b.k)];
-      const bool ends = s_.united(A, y) == s_.united(B, x);
-      const bool on_left = ends || x == no_index ||
-                           (y != no_index && !inside_circle(ma.xy[p], mb.xy[q], ma.xy[y], mb.xy[x]));
+      const bool ends = s_.united(A, p.rim) == s_.united(B, q.rim);
+      const bool on_left = ends || rim_of_p_wins(p, q, s_.mesh[A], s_.mesh[B]);
 
       // The triangle of this step, or the one that is there already.
-      Index& link = on_left ? link_a : link_b;
+      Index& link = on_left ? p.link : q.link;
       Index record = no_index;
       bool made = false;
       if (!is_tag(link)) {
         record = new_record();
-        s_.records[record] = {link, on_left ? q : p, {no_index, no_index}};
-        made = on_left ? lean(A, on_a, link, record) : lean(B, on_b, link, record);
+        s_.records[record] = {link, on_left ? q.centre : p.centre, {no_index, no_index}};
+        s_.records[record].across[on_left ? 0 : 1] = last;
+        made = on_left ? lean(A, p.side, link, tag(record)) : lean(B, q.side, link, tag(record));
         if (!made) --free_;
       }
       if (!made) record = record_of(link);
       const HalfEdge entered = half_edge(record, on_left ? 1 : 2);
-      if (made) s_.records[record].across[on_left ? 0 : 1] = last;
       if (last == no_index)
         first = {entered, made};
       else
         s_.records[record_of(last)].across[side_of(last) - 1] = entered;
       if (!made) return first;
       if (ends) {
-        lean_on_second<B>(record, on_b, link_b);
+        lean_on_second<B>(record, q.side, q.link);
         return first;
       }
 
       if (on_left) {
         last = half_edge(record, 2);
-        p = y;
-        a.k = previous_side(a.k);
-        turn_through(A, a.t, a.k);
+        p.step_out();
+        turn_through(A, p.at.t, p.at.k);
       } else {
         last = half_edge(record, 1);
-        q = x;
-        b.k = next_side(b.k);
-        turn_through(B, b.t, b.k);
+        q.step_out();
+        turn_through(B, q.at.t, q.at.k);
       }
     }
+  }
+
+  // Whether the triangle on the left of p→q has its apex at p's rim and not at q's: whichever circle is empty.
+  static bool rim_of_p_wins(const Fan<true>& p, const Fan<false>& q, const Mesh& mp, const Mesh& mq) {
+    if (q.rim == no_index) return true;
+    if (p.rim == no_index) return false;
+    return !inside_circle(p.xy(), q.xy(), mp.xy[p.rim], mq.xy[q.rim]);
   }
 
   // The last triangle of a contour, with a shared apex, leans on both triangulations.
   template <int B>
   void lean_on_second(Index record, HalfEdge h, Index link) {
-    const Index proxy = new_record();
-    s_.records[proxy] = {link, no_index, {record, no_index}};
+    const Index proxy = concurrent_ ? take_next(s_.proxies, Index{1}) : s_.proxies++;
+    if (proxy >= s_.records.size()) throw std::logic_error("merge: more contours than there can be");
+    s_.records[proxy] = {link, no_index, {no_index, no_index}};
     s_.records[record].across[1] = tag(proxy);
-    if (!lean(B, h, link, proxy)) throw std::logic_error("merge: two contours end in one triangle");
+    if (!lean(B, h, link, tag(proxy))) throw std::logic_error("merge: two contours end in one triangle");
   }
 
   // The contour through corner k of the dead triangle t of mesh 0, both ways from its first edge.

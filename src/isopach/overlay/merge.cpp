@@ -26,8 +26,9 @@ seam::Mesh prepare(MeshToMerge& m, std::span<const Index> own) {
   return mesh;
 }
 
-// A triangle of T may take two records, and every task leaves some unused.
-std::size_t most_records(std::size_t nodes) { return 4 * nodes + nodes / 16 + 1024; }
+// Every triangle of T may be an interface triangle (and every task leaves some records unused), and have a proxy.
+std::size_t most_interface_records(std::size_t nodes) { return 2 * nodes + nodes / 16 + 4096; }
+std::size_t most_records(std::size_t nodes) { return most_interface_records(nodes) + 2 * nodes; }
 
 void check_size(std::size_t nodes) {
   if (most_records(nodes) > static_cast<std::size_t>(no_index / 4))
@@ -56,6 +57,7 @@ Triangulation merge(MeshToMerge m1, MeshToMerge m2, const UnitedNodes& g, const 
   s.mesh[0] = prepare(m1, own_1);
   s.mesh[1] = prepare(m2, own_2);
   s.records.resize(most_records(n));
+  s.first_proxy = s.proxies = static_cast<Index>(most_interface_records(n));
   seam::trace_contours(s);
   context.check();
   return seam::sew(s, static_cast<Index>(n));

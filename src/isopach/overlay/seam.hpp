@@ -23,9 +23,9 @@ namespace isopach::seam {
 // An interface triangle (o, d, apex) that leans on the half-edge o→d of a dead triangle. Side 0 is the leaning one.
 struct Record {
   HalfEdge twin;  // what the tag replaced: the half-edge on the other side of the leaning one
-  Index apex;     // node of the other colour; no_index in a proxy
+  Index apex;     // node of the other colour
   // Across sides 1 (d→apex) and 2 (apex→o): 4·record + side. Where a contour ends, o is shared and side 2 leans on
-  // the other triangulation: then across[1] is the tag of a second record, a proxy that holds that twin.
+  // the other triangulation: then across[1] is the tag of a second record, a proxy that holds that twin alone.
   std::array<Index, 2> across;
 };
 
@@ -46,13 +46,15 @@ struct Mesh {
 
 struct Seam {
   std::array<Mesh, 2> mesh;
-  Array<Record> records;
+  Array<Record> records;  // of interface triangles up to first_proxy, of proxies up to `proxies`
+  Index first_proxy = 0, proxies = 0;
   bool any_shared = false;
 
   [[nodiscard]] bool is_pure(int c, Index node) const {
     if (node == no_index) return false;
     return !any_shared || mesh[1 - c].own[mesh[c].united[node]] == no_index;
   }
+  [[nodiscard]] bool is_proxy(Index link) const { return record_of(link) >= first_proxy; }
   // Union id; the infinite node keeps no_index.
   [[nodiscard]] Index united(int c, Index node) const { return node == no_index ? no_index : mesh[c].united[node]; }
   [[nodiscard]] Index origin(int c, HalfEdge h) const { return mesh[c].triangles[triangle_of(h)].v[side_of(h)]; }

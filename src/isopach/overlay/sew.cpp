@@ -56,7 +56,7 @@ class Sewing {
     for (Index k = 0; k < 3; ++k) {
       const HalfEdge h = half_edge(t, k);
       const Index link = s_.mesh[c].triangles[t].n[k];
-      if (is_tag(link) && s_.records[record_of(link)].apex != no_index) f(Item{c, h, link});
+      if (is_tag(link) && !s_.is_proxy(link)) f(Item{c, h, link});
     }
   }
 
