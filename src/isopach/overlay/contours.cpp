@@ -26,9 +26,9 @@ namespace {
 
 // Whether the circle of triangle t holds q. That of a ghost is the open half-plane outside its hull edge with the edge.
 bool holds(const Mesh& m, Index t, const Point2& q) {
-  const auto& v = m.triangles[t].v;
-  if (t < m.real) return inside_circle(m.xy[v[0]], m.xy[v[1]], m.xy[v[2]], q);
-  const Point2 &a = m.xy[v[1]], &b = m.xy[v[0]];
+  const auto at = [&](Index k) -> const Point2& { return m.xy[node_at(read_shared(m.triangles[t].v[k]))]; };
+  if (t < m.real) return inside_circle(at(0), at(1), at(2), q);
+  const Point2 &a = at(1), &b = at(0);
   const int side = orientation(a, b, q);
   if (side != 0) return side < 0;
   return lexicographic_less(a, q) != lexicographic_less(b, q) && !(a == q) && !(b == q);
@@ -55,11 +55,10 @@ class Fan {
 
   // Moves the centre, or stands at another corner of the same triangle.
   void stand(Corner corner) {
-    const Triangle& t = m_->triangles[corner.t];
-    centre = t.v[corner.k];
+    centre = node(corner.t, corner.k);
     centre_xy_ = m_->xy[centre];
     at = corner;
-    rim = t.v[left ? previous_side(at.k) : next_side(at.k)];
+    rim = node(at.t, left ? previous_side(at.k) : next_side(at.k));
     if (rim != no_index) u_ = relative(rim);
     look_beyond();
   }
@@ -106,6 +105,8 @@ class Fan {
     return {{x, y}, x * x + y * y};
   }
 
+  [[nodiscard]] Index node(Index t, Index k) const { return node_at(read_shared(m_->triangles[t].v[k])); }
+
   void look_beyond() {
     side = half_edge(at.t, left ? previous_side(at.k) : at.k);
     link = read_shared(m_->triangles[at.t].n[side_of(side)]);
@@ -113,7 +114,7 @@ class Fan {
       beyond_ = Beyond::tagged;
       return;
     }
-    apex_ = m_->triangles[triangle_of(link)].v[previous_side(side_of(link))];
+    apex_ = node(triangle_of(link), previous_side(side_of(link)));
     if (apex_ != no_index) v_ = relative(apex_);
     if (apex_ == no_index || rim == no_index) {
       beyond_ = Beyond::ghostly;
@@ -150,7 +151,7 @@ class Tracer {
   // Makes the contours through all pure corners of the dead triangle t of mesh 0 that nobody turned through.
   void complete(Index t) {
     for (Index k = 0; k < 3; ++k) {
-      if (!s_.is_pure(0, s_.mesh[0].triangles[t].v[k]) || s_.turned(0, half_edge(t, k))) continue;
+      if (s_.turned(0, t, k) || !s_.is_pure(0, s_.at(0, t, k))) continue;
       start(t, k);
       found_ = true;
     }
@@ -177,7 +178,10 @@ class Tracer {
   }
 
  private:
-  void turn_through(int c, Index t, Index k) { write_shared(s_.mesh[c].turned[half_edge(t, k)], std::uint8_t{1}); }
+  void turn_through(int c, Index t, Index k) {
+    Index& v = s_.mesh[c].triangles[t].v[k];
+    write_shared(v, read_shared(v) | turned_bit);
+  }
 
   Index new_record() {
     if (free_ == free_end_) {
@@ -217,7 +221,7 @@ class Tracer {
         q.advance();
         turn_through(B, q.at.t, q.at.k);
       }
-      const bool ends = s_.united(A, p.rim) == s_.united(B, q.rim);
+      const bool ends = s_.is_same(A, p.rim, q.rim);
       const bool on_left = ends || rim_of_p_wins(p, q, s_.mesh[A], s_.mesh[B]);
 
       // The triangle of this step, or the one that is there already.
@@ -292,7 +296,7 @@ class Tracer {
   // furthest in the direction of that edge's normal, which is that of the circle's centre, is a corner of the hull.
   HalfEdge first_edge(const Corner& a) {
     const Mesh &m0 = s_.mesh[0], &m1 = s_.mesh[1];
-    const Index p = m0.triangles[a.t].v[a.k];
+    const Index p = s_.at(0, a.t, a.k);
     gather_rim(p);
     gather_star(a);
     foes_.clear();
@@ -308,12 +312,12 @@ class Tracer {
 
   [[nodiscard]] Point2 towards_centre(const Corner& a) const {
     const Mesh& m = s_.mesh[0];
-    const auto& v = m.triangles[a.t].v;
     if (a.t >= m.real) {
-      const Point2 &from = m.xy[v[1]], &to = m.xy[v[0]];
+      const Point2 &from = m.xy[s_.at(0, a.t, 1)], &to = m.xy[s_.at(0, a.t, 0)];
       return {to.y - from.y, from.x - to.x};
     }
-    const Point2 &p = m.xy[v[a.k]], &b = m.xy[v[next_side(a.k)]], &c = m.xy[v[previous_side(a.k)]];
+    const Point2 &p = m.xy[s_.at(0, a.t, a.k)], &b = m.xy[s_.at(0, a.t, next_side(a.k))],
+                 &c = m.xy[s_.at(0, a.t, previous_side(a.k))];
     const double bx = b.x - p.x, by = b.y - p.y, cx = c.x - p.x, cy = c.y - p.y;
     const double b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
     return {cy * b2 - by * c2, bx * c2 - cx * b2};
@@ -462,6 +466,7 @@ void complete_all(const Seam& s, Tracer& tracer, Index t, Array<Index>& open) {
 void classify_shared(Seam& s) {
   for (Mesh& m : s.mesh) {
     m.leaving.resize(m.xy.size());
+    m.state.assign(m.triangles.size(), State::unknown);
     for (Index t = 0; t < m.triangles.size(); ++t)
       for (Index k = 0; k < (t < m.real ? 3U : 2U); ++k) m.leaving[m.triangles[t].v[k]] = half_edge(t, k);
   }
@@ -472,7 +477,7 @@ void classify_shared(Seam& s) {
       if (s.is_pure(c, v[0]) || s.is_pure(c, v[1]) || s.is_pure(c, v[2])) return;
       const HalfEdge other = s.find(1 - c, s.united(c, v[0]), s.united(c, v[1]));
       const bool twice = other != no_index && s.united(1 - c, s.apex(1 - c, other)) == s.united(c, v[2]);
-      s.mesh[c].turned[half_edge(t, 3)] = static_cast<std::uint8_t>(twice ? State::twice : State::dead);
+      s.mesh[c].state[t] = twice ? State::twice : State::dead;
     });
 }
 
@@ -497,13 +502,6 @@ HalfEdge Seam::find(int c, Index a, Index b) const {
 }
 
 void trace_contours(Seam& s) {
-  for (Mesh& m : s.mesh) {
-    m.turned.resize(4 * m.triangles.size());
-    for_blocks(m.turned.size(), std::size_t{1} << 16, [&](std::size_t begin, std::size_t end) {
-      std::fill(m.turned.begin() + static_cast<std::ptrdiff_t>(begin),
-                m.turned.begin() + static_cast<std::ptrdiff_t>(end), std::uint8_t{0});
-    });
-  }
   if (s.any_shared) classify_shared(s);
   const bool concurrent = thread_count() > 1;
   Index next_record = 0;

@@ -29,8 +29,13 @@ struct Record {
   std::array<Index, 2> across;
 };
 
-// What is known of a triangle: corners through which a contour has turned (it is dead then), and a state for triangles
-// without a pure corner.
+// A contour that turns through a corner of a triangle sets this bit of the node there: the triangle is dead then. (Half-
+// edges leave it free: there are at most max_nodes nodes. The infinite node never has it: nothing turns around it.)
+inline constexpr Index turned_bit = ~(no_index >> 1);
+[[nodiscard]] constexpr Index node_at(Index v) { return v == no_index ? no_index : v & ~turned_bit; }
+[[nodiscard]] constexpr bool is_turned(Index v) { return v != no_index && (v & turned_bit) != 0; }
+
+// Triangles without a pure corner: no contour turns through them.
 enum class State : std::uint8_t { unknown, dead, twice };  // twice: in T1 and in T2, so in T
 
 struct Mesh {
@@ -38,10 +43,11 @@ struct Mesh {
   Index real = 0;
   std::span<const Point2> xy;
   const Locations* in_other = nullptr;
-  Array<Index> united;          // ids in the union
-  std::span<const Index> own;   // of the united nodes: the node of this mesh, or no_index
-  Array<std::uint8_t> turned;   // by half-edge: 1 if a contour turned through this corner; at side 3 the State
-  Array<HalfEdge> leaving;      // a half-edge that starts at each node; only if there are shared nodes
+  Array<Index> united;         // ids in the union
+  std::span<const Index> own;  // of the united nodes: the node of this mesh, or no_index
+  // Only if there are shared nodes:
+  Array<State> state;       // by triangle
+  Array<HalfEdge> leaving;  // by node: a half-edge that starts there
 };
 
 struct Seam {
@@ -57,13 +63,15 @@ struct Seam {
   [[nodiscard]] bool is_proxy(Index link) const { return record_of(link) >= first_proxy; }
   // Union id; the infinite node keeps no_index.
   [[nodiscard]] Index united(int c, Index node) const { return node == no_index ? no_index : mesh[c].united[node]; }
-  [[nodiscard]] Index origin(int c, HalfEdge h) const { return mesh[c].triangles[triangle_of(h)].v[side_of(h)]; }
-  [[nodiscard]] Index target(int c, HalfEdge h) const {
-    return mesh[c].triangles[triangle_of(h)].v[next_side(side_of(h))];
+  // Whether two nodes, one of each mesh, are one.
+  [[nodiscard]] bool is_same(int c, Index node, Index other) const {
+    if (node == no_index || other == no_index) return node == other;
+    return any_shared && mesh[c].united[node] == mesh[1 - c].united[other];
   }
-  [[nodiscard]] Index apex(int c, HalfEdge h) const {
-    return mesh[c].triangles[triangle_of(h)].v[previous_side(side_of(h))];
-  }
+  [[nodiscard]] Index at(int c, Index t, Index k) const { return node_at(read_shared(mesh[c].triangles[t].v[k])); }
+  [[nodiscard]] Index origin(int c, HalfEdge h) const { return at(c, triangle_of(h), side_of(h)); }
+  [[nodiscard]] Index target(int c, HalfEdge h) const { return at(c, triangle_of(h), next_side(side_of(h))); }
+  [[nodiscard]] Index apex(int c, HalfEdge h) const { return at(c, triangle_of(h), previous_side(side_of(h))); }
   [[nodiscard]] Index link(int c, HalfEdge h) const {  // twin or tag
     return read_shared(mesh[c].triangles[triangle_of(h)].n[side_of(h)]);
   }
@@ -71,11 +79,10 @@ struct Seam {
     const Index l = link(c, h);
     return is_tag(l) ? records[record_of(l)].twin : l;
   }
-  [[nodiscard]] bool turned(int c, HalfEdge corner) const { return read_shared(mesh[c].turned[corner]) != 0; }
-  [[nodiscard]] State state(int c, Index t) const { return static_cast<State>(read_shared(mesh[c].turned[half_edge(t, 3)])); }
+  [[nodiscard]] bool turned(int c, Index t, Index k) const { return is_turned(read_shared(mesh[c].triangles[t].v[k])); }
+  [[nodiscard]] State state(int c, Index t) const { return any_shared ? mesh[c].state[t] : State::unknown; }
   [[nodiscard]] bool is_dead(int c, Index t) const {
-    return turned(c, half_edge(t, 0)) || turned(c, half_edge(t, 1)) || turned(c, half_edge(t, 2)) ||
-           state(c, t) == State::dead;
+    return turned(c, t, 0) || turned(c, t, 1) || turned(c, t, 2) || state(c, t) == State::dead;
   }
 
   // The half-edge between the nodes of mesh `c` that are the united nodes a and b (at most one of them infinite), or
