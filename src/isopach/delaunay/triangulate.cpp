@@ -4,6 +4,7 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <string>
 
 #include "isopach/base/error.hpp"
@@ -14,20 +15,10 @@ namespace isopach {
 
 namespace {
 
-// A point as the seam sees it: from the left end l of the base l→r. `cross` is twice the area of l, r, point.
-struct Offset {
-  double x, y, lift, cross;
-};
-
-// The predicates of the seam. All are taken from l, so that the orientation above the base is a minor of the in_circle
-// determinant and each point's lift serves several tests.
-//
-// The filters are those of geom/predicates.hpp with the permanent replaced by a bound of it: |p×q| <= |p||q|, so the
-// permanent of in_circle is at most 3s² and that of orientation at most s, where s is the largest squared distance from
-// l. (It also makes the absolute guard cover every underflow: their sum is below 2⁻¹⁰⁷⁰(s + 1).) What they cannot decide
-// goes to the other file's filter and exact stage, unless the arithmetic was exact to begin with: where all coordinates
-// are multiples of a power of two g (rasters, quantised scans) and s <= 2²⁵g², every intermediate result is an integer
-// below 2⁵³ times a power of g; for orientation, where s <= 2⁵¹g².
+// The predicates on nodes. Filters first, as in geom/predicates.hpp; what they cannot decide is decided at once where the
+// arithmetic was exact to begin with: where all coordinates are multiples of a power of two g (rasters, quantised
+// scans) and the points lie within s of each other, squared, every intermediate result of in_circle is an integer below
+// 2⁵³ times a power of g for s <= 2²⁵g², and every one of orientation for s <= 2⁵¹g².
 class Plane {
  public:
   explicit Plane(std::span<const Point2> xy) : xy_(xy.data()) {
@@ -49,49 +40,27 @@ class Plane {
     return orientation(p, q, r);
   }
 
-  // The base; changes whenever one of its ends does.
-  struct Base {
-    Index l, r;
-    Point2 origin;
-    double x, y, lift;
-  };
-  [[nodiscard]] Base base(Index l, Index r) const {
-    const Point2 &p = xy_[l], &q = xy_[r];
-    const double x = q.x - p.x, y = q.y - p.y;
-    return {l, r, p, x, y, x * x + y * y};
+  // Is d inside the circle through the counter-clockwise a, b, c? For where a filter has failed.
+  [[nodiscard]] bool inside(Index a, Index b, Index c, Index d) const {
+    const Point2& o = xy_[a];
+    const Point2 pa{0, 0}, pb{xy_[b].x - o.x, xy_[b].y - o.y}, pc{xy_[c].x - o.x, xy_[c].y - o.y},
+        pd{xy_[d].x - o.x, xy_[d].y - o.y};
+    const double lift_b = dot(pb, pb), lift_c = dot(pc, pc), lift_d = dot(pd, pd);
+    if (std::max(lift_b, std::max(lift_c, lift_d)) > exact_in_circle_)
+      return inside_circle(xy_[a], xy_[b], xy_[c], xy_[d]);
+    const double bc = cross(pb, pc), bd = cross(pb, pd), cd = cross(pc, pd);
+    const double det = lift_c * bd - lift_d * bc - lift_b * cd;
+    if (det != 0) return det > 0;
+    // tie_is_inside, its orientations read off the minors.
+    const bool b_greater = lexicographic_less(pa, pb), d_greater = lexicographic_less(pc, pd);
+    if (lexicographic_less(b_greater ? pb : pa, d_greater ? pd : pc)) return !d_greater && bd > 0;
+    return (b_greater ? -cd : bc - bd + cd) > 0;
   }
-  [[nodiscard]] Offset offset(const Base& b, Index node) const {
-    const double x = xy_[node].x - b.origin.x, y = xy_[node].y - b.origin.y;
-    return {x, y, x * x + y * y, b.x * y - b.y * x};
-  }
-  // Is c left of the base l→r?
-  [[nodiscard]] bool above(const Base& b, const Offset& c, Index c_node) const {
-    const double s = std::max(b.lift, c.lift);
-    if (std::fabs(c.cross) > orientation_bound * s + underflow_guard || s <= exact_orientation_) return c.cross > 0;
-    return orientation(xy_[b.l], xy_[b.r], xy_[c_node]) > 0;
-  }
-  // Is d inside the circle through l, r, c?
-  [[nodiscard]] bool inside(const Base& b, const Offset& c, Index c_node, const Offset& d, Index d_node) const {
-    const double cd = c.x * d.y - c.y * d.x;
-    const double det = c.lift * d.cross - d.lift * c.cross - b.lift * cd;
-    const double s = std::max(b.lift, std::max(c.lift, d.lift));
-    if (std::fabs(det) > in_circle_bound * (s * s) + underflow_guard) return det > 0;
-    if (s <= exact_in_circle_) return det == 0 ? exact_tie(b, c, d, cd) : det > 0;
-    return inside_circle(xy_[b.l], xy_[b.r], xy_[c_node], xy_[d_node]);
-  }
+
+  static double dot(const Point2& p, const Point2& q) { return p.x * q.x + p.y * q.y; }
+  static double cross(const Point2& p, const Point2& q) { return p.x * q.y - p.y * q.x; }
 
  private:
-  static constexpr double orientation_bound = 3.4e-16, in_circle_bound = 3.4e-15;
-
-  // tie_is_inside, its orientations read off the minors.
-  static bool exact_tie(const Base& b, const Offset& c, const Offset& d, double cd) {
-    const Point2 pl{0, 0}, pr{b.x, b.y}, pc{c.x, c.y}, pd{d.x, d.y};
-    const bool r_over_l = lexicographic_less(pl, pr), d_over_c = lexicographic_less(pc, pd);
-    const Point2 lr = r_over_l ? pr : pl, cd_greater = d_over_c ? pd : pc;
-    if (lexicographic_less(lr, cd_greater)) return !d_over_c && d.cross > 0;
-    return (r_over_l ? -cd : c.cross - d.cross + cd) > 0;
-  }
-
   // The largest power of two that divides every coordinate, 0 if that is too small beside them to be of use.
   static double common_step(std::span<const Point2> xy) {
     int low = 1100, high = -1100;
@@ -207,26 +176,19 @@ class Builder {
     if (count <= 3) return {first.lo, count, 0, 0, 0, 0};
     make(first);
     make(second);
-    const Index slot = 2 * second.lo - 2;
     Part whole{first.lo, count, 0, 0, 0, 0};
     // The two are on either side of a straight cut, whichever way it runs.
-    const bool first_is_left = before_x(first.most_x, second.least_x);
-    if (first_is_left || before_x(second.most_x, first.least_x)) {
-      const Part &left = first_is_left ? first : second, &right = first_is_left ? second : first;
-      merge(left, left.most_x, right, right.least_x, slot);
-      whole.least_x = left.least_x;
-      whole.most_x = right.most_x;
-      whole.least_y = before_y(left.least_y, right.least_y) ? left.least_y : right.least_y;
-      whole.most_y = before_y(left.most_y, right.most_y) ? right.most_y : left.most_y;
-    } else {
-      const bool first_is_low = before_y(first.most_y, second.least_y);
-      const Part &low = first_is_low ? first : second, &high = first_is_low ? second : first;
-      merge(low, low.most_y, high, high.least_y, slot);
-      whole.least_y = low.least_y;
-      whole.most_y = high.most_y;
-      whole.least_x = before_x(low.least_x, high.least_x) ? low.least_x : high.least_x;
-      whole.most_x = before_x(low.most_x, high.most_x) ? high.most_x : low.most_x;
-    }
+    const bool across_x = before_x(first.most_x, second.least_x) || before_x(second.most_x, first.least_x);
+    const bool ordered =
+        across_x ? before_x(first.most_x, second.least_x) : before_y(first.most_y, second.least_y);
+    const Part &low = ordered ? first : second, &high = ordered ? second : first;
+    whole.least_x = across_x || before_x(low.least_x, high.least_x) ? low.least_x : high.least_x;
+    whole.most_x = across_x || before_x(low.most_x, high.most_x) ? high.most_x : low.most_x;
+    whole.least_y = !across_x || before_y(low.least_y, high.least_y) ? low.least_y : high.least_y;
+    whole.most_y = !across_x || before_y(low.most_y, high.most_y) ? high.most_y : low.most_y;
+    const double x = xy_[whole.most_x].x - xy_[whole.least_x].x, y = xy_[whole.most_y].y - xy_[whole.least_y].y;
+    merge(low, across_x ? low.most_x : low.most_y, high, across_x ? high.least_x : high.least_y, x * x + y * y,
+          2 * second.lo - 2);
     return whole;
   }
 
@@ -279,52 +241,155 @@ class Builder {
     start_[c] = g + 2;
   }
 
+  // The sides of a ghost that lead on, away from the base, along the left hull and along the right one.
+  static constexpr Index left_side = 2, right_side = 1;
+
+  // One half as the seam sees it: the candidate c that would join the base l→r, and the node d behind the edge between
+  // the half's end of the base and c. Offsets are taken from that end.
+  //
+  // With X = b×c, A = ±c×d, f(p) = |p|² − c·p, where b is the base and p its other end or d: in_circle(l, r, c, d) is
+  // −(X·f(d) + A·f(b)), and X the orientation of c above the base. A and f(d) outlive the steps of the other half.
+  struct Half {
+    Index ghost = no_index;  // of the hull edge between the end and c
+    Index c = no_index, d = no_index;
+    Point2 to_c{0, 0}, to_d{0, 0};
+    double area = 0, behind = 0;       // A, f(d)
+    double above = 0, other_end = 0;  // X, f(b)
+  };
+
+  // Bounds of the rounding errors of X and of the sum, for points within sqrt(s) of each other: by Shewchuk's way of
+  // counting (1997), with u = 2⁻⁵³, |X̂ − X| <= 4u·s, and each of the two products carries at most 11u on monomials that
+  // add up to at most 2s². The constants leave 2 % for terms of higher order and for underflow, which is below
+  // 2⁻¹⁰⁷⁰(s + 1), see underflow_guard.
+  struct Bounds {
+    double orientation, in_circle;
+    explicit Bounds(double s) : orientation(4.53e-16 * s + underflow_guard), in_circle(4.99e-15 * s * s + underflow_guard) {}
+  };
+
   // Guibas, Stolfi 1985, on ghosts. `left` lies left of (or below) `right`, l and r are their nodes next to the cut.
   // Between the halves the ghosts of the facing hull chains become the triangles of the seam: a ghost (c, l, none) gets
   // r as its third node, and nothing moves. start_ holds the ghost that starts at a node, kept right for extreme nodes:
   // the seam leaves all other ghosts of the new hull as they were.
-  void merge(const Part& left, Index l, const Part& right, Index r, Index slot) {
+  void merge(const Part& left, Index l, const Part& right, Index r, double extent, Index slot) {
+    const Bounds bounds(extent);
     const bool has_left = left.count > 1, has_right = right.count > 1;
-    Index gl = has_left ? start_[l] : no_index;                   // of the hull edge that starts at l
-    Index gr = has_right ? previous_ghost(start_[r]) : no_index;  // of the one that ends at r
-    lower_tangent(gl, gr, l, r);
+    Half hl, hr;
+    if (has_left) hl.ghost = start_[l];
+    if (has_right) hr.ghost = previous_ghost(start_[r]);
+    lower_tangent(hl.ghost, hr.ghost, l, r);
 
     const Index bottom = slot, top = slot + 1;
     ghost(bottom, l, r);
     start_[l] = bottom;
-    if (has_left) link(half_edge(bottom, 1), t_[gl].n[1]);
-    if (has_right) link(half_edge(bottom, 2), t_[gr].n[2]);
+    if (has_left) link(half_edge(bottom, 1), t_[hl.ghost].n[1]);
+    if (has_right) link(half_edge(bottom, 2), t_[hr.ghost].n[2]);
     HalfEdge below = half_edge(bottom, 0);
 
+    if (has_left) look<left_side>(hl, xy_[l]);
+    if (has_right) look<right_side>(hr, xy_[r]);
     for (;;) {
-      const Plane::Base base = xy_.base(l, r);
-      Candidate cl{no_index, {}}, cr{no_index, {}};
-      if (has_left) cl = candidate<left_side>(base, gl);
-      if (has_right) cr = candidate<right_side>(base, gr);
-      if (cl.node == no_index && cr.node == no_index) break;
-      if (cl.node == no_index ||
-          (cr.node != no_index && xy_.inside(base, cl.offset, cl.node, cr.offset, cr.node))) {
-        const Index following = previous_ghost(gr);
-        t_[gr].v[2] = l;  // (r, cr, l)
-        link(half_edge(gr, 2), below);
-        below = half_edge(gr, 1);
-        r = cr.node;
-        gr = following;
+      const bool left_joins = has_left && candidate<left_side>(hl, l, r, bounds);
+      const bool right_joins = has_right && candidate<right_side>(hr, l, r, bounds);
+      if (!left_joins && !right_joins) break;
+      if (!left_joins || (right_joins && right_first(hl, hr.c, l, r, bounds))) {
+        const Index g = hr.ghost;
+        hr.ghost = previous_ghost(g);
+        t_[g].v[2] = l;  // (r, c, l)
+        link(half_edge(g, 2), below);
+        below = half_edge(g, 1);
+        r = hr.c;
+        look<right_side>(hr, xy_[r]);
       } else {
-        const Index following = next_ghost(gl);
-        t_[gl].v[2] = r;  // (cl, l, r)
-        link(half_edge(gl, 1), below);
-        below = half_edge(gl, 2);
-        l = cl.node;
-        gl = following;
+        const Index g = hl.ghost;
+        hl.ghost = next_ghost(g);
+        t_[g].v[2] = r;  // (c, l, r)
+        link(half_edge(g, 1), below);
+        below = half_edge(g, 2);
+        l = hl.c;
+        look<left_side>(hl, xy_[l]);
       }
     }
 
     ghost(top, r, l);
     start_[r] = top;
     link(half_edge(top, 0), below);
-    link(half_edge(top, 1), has_right ? half_edge(gr, 2) : half_edge(bottom, 2));
-    link(half_edge(top, 2), has_left ? half_edge(gl, 1) : half_edge(bottom, 1));
+    link(half_edge(top, 1), has_right ? half_edge(hr.ghost, 2) : half_edge(bottom, 2));
+    link(half_edge(top, 2), has_left ? half_edge(hl.ghost, 1) : half_edge(bottom, 1));
+  }
+
+  static Point2 offset(const Point2& from, const Point2& to) { return {to.x - from.x, to.y - from.y}; }
+
+  // Sets c and d from the ghost.
+  template <Index on>
+  void look(Half& h, const Point2& end) const {
+    h.c = t_[h.ghost].v[on == left_side ? 0 : 1];
+    h.to_c = offset(end, xy_[h.c]);
+    look_behind<on>(h, end);
+  }
+  template <Index on>
+  void look_behind(Half& h, const Point2& end) const {
+    const HalfEdge edge = t_[h.ghost].n[0];
+    h.d = t_[triangle_of(edge)].v[previous_side(side_of(edge))];
+    if (h.d == no_index) {  // a circle never forbids an edge with nothing behind it
+      h.area = 0;
+      h.behind = std::numeric_limits<double>::infinity();
+      return;
+    }
+    h.to_d = offset(end, xy_[h.d]);
+    h.area = on == left_side ? Plane::cross(h.to_c, h.to_d) : Plane::cross(h.to_d, h.to_c);
+    h.behind = Plane::dot(h.to_d, h.to_d) - Plane::dot(h.to_c, h.to_d);
+  }
+
+  // Does a node of this half lie above the base? Then it is c, after deleting the edges that the circle rule forbids.
+  template <Index on>
+  bool candidate(Half& h, Index l, Index r, const Bounds& bounds) {
+    const Point2 b = offset(xy_[l], xy_[r]);
+    h.above = Plane::cross(b, h.to_c);
+    if (!(h.above > bounds.orientation) && (h.above < -bounds.orientation || xy_.turn(l, r, h.c) <= 0)) return false;
+    for (;;) {
+      const double along = Plane::dot(b, h.to_c);
+      h.other_end = on == left_side ? Plane::dot(b, b) - along : Plane::dot(b, b) + along;
+      const double det = h.above * h.behind + h.area * h.other_end;
+      if (det > bounds.in_circle) return true;
+      if (!(det < -bounds.in_circle) && (h.d == no_index || !xy_.inside(l, r, h.c, h.d))) return true;
+      remove_edge<on>(h);
+      h.c = h.d;
+      h.to_c = h.to_d;
+      look_behind<on>(h, xy_[on == left_side ? l : r]);
+      h.above = Plane::cross(b, h.to_c);
+    }
+  }
+
+  // Both halves have a candidate: is that of the right one inside the circle of the other?
+  [[nodiscard]] bool right_first(const Half& left, Index cr, Index l, Index r, const Bounds& bounds) const {
+    const Point2 d = offset(xy_[l], xy_[cr]);
+    const double behind = Plane::dot(d, d) - Plane::dot(left.to_c, d);
+    const double det = left.above * behind + Plane::cross(left.to_c, d) * left.other_end;
+    if (det < -bounds.in_circle) return true;
+    return !(det > bounds.in_circle) && xy_.inside(l, r, left.c, cr);
+  }
+
+  // Flips the triangle behind the edge end–c over to the outside: two ghosts, end–d and d–c.
+  template <Index on>
+  void remove_edge(const Half& h) {
+    constexpr bool is_left = on == left_side;
+    const Index g = h.ghost;
+    const HalfEdge edge = t_[g].n[0];  // l→c, c→r
+    const Index t = triangle_of(edge), k = side_of(edge);
+    const HalfEdge beyond_end = t_[t].n[is_left ? previous_side(k) : next_side(k)];
+    const HalfEdge beyond_c = t_[t].n[is_left ? next_side(k) : previous_side(k)];
+    const HalfEdge following = t_[g].n[on];
+    if (is_left) {
+      t_[g].v[0] = h.d;
+      ghost(t, h.d, h.c);
+    } else {
+      t_[g].v[1] = h.d;
+      ghost(t, h.c, h.d);
+    }
+    link(half_edge(g, 0), beyond_end);
+    link(half_edge(t, 0), beyond_c);
+    link(half_edge(t, 3 - on), half_edge(g, on));
+    link(half_edge(t, on), following);
   }
 
   void lower_tangent(Index& gl, Index& gr, Index& l, Index& r) const {
@@ -348,49 +413,6 @@ class Builder {
         }
       }
       return;
-    }
-  }
-
-  struct Candidate {
-    Index node;
-    Offset offset;
-  };
-  // The sides of a ghost that lead on, away from the base, along the left hull and along the right one.
-  static constexpr Index left_side = 2, right_side = 1;
-
-  // The node that would join the base from one half, after deleting the edges from the base's end that the circle rule
-  // forbids; no_index if none lies above the base. `g` is the ghost of the hull edge between the base's end and the
-  // candidate. A deleted edge flips a triangle over to the outside: two ghosts again.
-  template <Index on>
-  Candidate candidate(const Plane::Base& base, Index g) {
-    constexpr bool is_left = on == left_side;
-    constexpr Index back = 3 - on;
-    Candidate c;
-    c.node = t_[g].v[is_left ? 0 : 1];
-    c.offset = xy_.offset(base, c.node);
-    if (!xy_.above(base, c.offset, c.node)) return {no_index, {}};
-    for (;;) {
-      const HalfEdge h = t_[g].n[0];  // l→c, c→r
-      const Index t = triangle_of(h), k = side_of(h);
-      const Index d = t_[t].v[previous_side(k)];
-      if (d == no_index) return c;
-      const Offset offset = xy_.offset(base, d);
-      if (!xy_.inside(base, c.offset, c.node, offset, d)) return c;
-      const HalfEdge beyond_own = t_[t].n[is_left ? previous_side(k) : next_side(k)];
-      const HalfEdge beyond_other = t_[t].n[is_left ? next_side(k) : previous_side(k)];
-      const HalfEdge following = t_[g].n[on];
-      if (is_left) {
-        ghost(g, base.l, d);
-        ghost(t, d, c.node);
-      } else {
-        ghost(g, d, base.r);
-        ghost(t, c.node, d);
-      }
-      link(half_edge(g, 0), beyond_own);
-      link(half_edge(t, 0), beyond_other);
-      link(half_edge(t, back), half_edge(g, on));
-      link(half_edge(t, on), following);
-      c = {d, offset};
     }
   }
 
