@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 #include <string>
+#include <utility>
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
@@ -458,40 +459,87 @@ Index gather_ghosts(Array<Triangle>& t, Index ghost) {
 
 }  // namespace
 
-Triangulation triangulate(std::span<const Point2> xy, const CurveBox& box, const Context& context) {
-  const std::size_t n = xy.size();
+namespace {
+
+void check_size(std::size_t n) {
   if (n > max_nodes)
     throw UsageError(std::to_string(n) + " nodes are more than this build can index (" + std::to_string(max_nodes) +
                      "): build with -DISOPACH_INDEX_BITS=64 or thin the scan");
+}
+
+Triangulation triangulate_keyed(std::span<const Point2> xy, std::span<const std::uint64_t> keys) {
   Triangulation result;
-  result.nodes = static_cast<Index>(n);
-  if (n < 2) return result;
-  context.check();
-  result.triangles.resize(2 * n - 2);
-  Array<std::uint64_t> keys(n);
-  for_each_index(n, [&](std::size_t i) { keys[i] = curve_key(box, xy[i]); });
+  result.nodes = static_cast<Index>(xy.size());
+  if (xy.size() < 2) return result;
+  result.triangles.resize(2 * xy.size() - 2);
   const Index ghost = Builder(xy, keys, result.triangles).build();
   result.real = gather_ghosts(result.triangles, ghost);
   return result;
 }
 
-SortedTriangulation triangulate_unsorted(std::span<const Point2> points, const Context& context) {
-  Box2 bounds;
-  for (const Point2& p : points) bounds.add(p);
-  const CurveBox box = curve_box(bounds);
-  const Array<Index> sorted = curve_order(points, box);
-  SortedTriangulation result;
-  result.node_of.resize(points.size());
-  result.xy.reserve(points.size());
-  result.order.reserve(points.size());
-  for (const Index id : sorted) {
-    if (result.xy.empty() || !(result.xy.back() == points[id])) {
-      result.xy.push_back(points[id]);
-      result.order.push_back(id);
-    }
-    result.node_of[id] = static_cast<Index>(result.xy.size() - 1);
+// Sorted points become nodes: of equal ones, which follow each other, the first.
+void merge_equal(Array<Point2>& xy, Array<std::uint64_t>& keys, Array<Index>& order, Array<Index>& node_of) {
+  const std::size_t n = xy.size();
+  node_of.resize(n);
+  const auto is_first = [&](std::size_t i) { return i == 0 || !(xy[i] == xy[i - 1]); };
+  std::vector<std::size_t> place((n + default_block - 1) / default_block);
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    std::size_t count = 0;
+    for (std::size_t i = begin; i < end; ++i) count += is_first(i) ? 1 : 0;
+    place[begin / default_block] = count;
+  });
+  std::size_t nodes = 0;
+  for (std::size_t& p : place) nodes += std::exchange(p, nodes);
+  if (nodes == n) {
+    for_each_index(n, [&](std::size_t i) { node_of[order[i]] = static_cast<Index>(i); });
+    return;
   }
-  result.triangulation = triangulate(result.xy, box, context);
+  Array<Point2> new_xy(nodes);
+  Array<std::uint64_t> new_keys(nodes);
+  Array<Index> new_order(nodes);
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    std::size_t next = place[begin / default_block];
+    for (std::size_t i = begin; i < end; ++i) {
+      if (is_first(i)) {
+        new_xy[next] = xy[i];
+        new_keys[next] = keys[i];
+        new_order[next++] = order[i];
+      }
+      node_of[order[i]] = static_cast<Index>(next - 1);
+    }
+  });
+  xy.swap(new_xy);
+  keys.swap(new_keys);
+  order.swap(new_order);
+}
+
+}  // namespace
+
+Triangulation triangulate(std::span<const Point2> xy, const CurveBox& box, const Context& context) {
+  check_size(xy.size());
+  context.check();
+  Array<std::uint64_t> keys(xy.size());
+  for_each_index(xy.size(), [&](std::size_t i) { keys[i] = curve_key(box, xy[i]); });
+  return triangulate_keyed(xy, keys);
+}
+
+SortedTriangulation triangulate_unsorted(std::span<const Point2> points, const Context& context) {
+  context.check();
+  const Box2 bounds = reduce_blocks<Box2>(
+      points.size(), default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Box2 box;
+        for (std::size_t i = begin; i < end; ++i) box.add(points[i]);
+        return box;
+      },
+      [](Box2& total, const Box2& box) { total.add(box); });
+  SortedTriangulation result;
+  Array<std::uint64_t> keys;
+  result.order = curve_order(points, curve_box(bounds), &keys, &result.xy);
+  merge_equal(result.xy, keys, result.order, result.node_of);
+  check_size(result.xy.size());
+  context.check();
+  result.triangulation = triangulate_keyed(result.xy, keys);
   return result;
 }
 
