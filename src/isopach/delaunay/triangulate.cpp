@@ -264,7 +264,9 @@ class Builder {
   // 2⁻¹⁰⁷⁰(s + 1), see underflow_guard.
   struct Bounds {
     double orientation, in_circle;
-    explicit Bounds(double s) : orientation(4.53e-16 * s + underflow_guard), in_circle(4.99e-15 * s * s + underflow_guard) {}
+    // (4s² is infinite wherever a sum may be.)
+    explicit Bounds(double s)
+        : orientation(4.53e-16 * s + underflow_guard), in_circle(1.2475e-15 * (4 * s * s) + underflow_guard) {}
   };
 
   // Guibas, Stolfi 1985, on ghosts. `left` lies left of (or below) `right`, l and r are their nodes next to the cut.
