@@ -16,8 +16,8 @@ namespace isopach {
 
 namespace {
 
-// The predicates on nodes. Filters first, as in geom/predicates.hpp; what they cannot decide is decided at once where the
-// arithmetic was exact to begin with: where all coordinates are multiples of a power of two g (rasters, quantised
+// The predicates on nodes. Filters first, as in geom/predicates.hpp; what they cannot decide is decided at once where
+// the arithmetic was exact to begin with: where all coordinates are multiples of a power of two g (rasters, quantised
 // scans) and the points lie within s of each other, squared, every intermediate result of in_circle is an integer below
 // 2⁵³ times a power of g for s <= 2²⁵g², and every one of orientation for s <= 2⁵¹g².
 class Plane {
@@ -83,10 +83,10 @@ class Plane {
   double exact_in_circle_ = -1, exact_orientation_ = -1;
 };
 
-// Divide and conquer on ranges of nodes along the curve. A range that begins with node `lo` owns the triangle slots from
-// 2·lo: a part of m nodes has exactly 2m − 2 triangles with its ghosts, and a merge adds two to those of its halves. So
-// nothing is ever allocated, parts can be built side by side, and triangles lie in memory as their nodes lie on the
-// curve.
+// Divide and conquer on ranges of nodes along the curve. A range that begins with node `lo` owns the triangle slots
+// from 2·lo: a part of m nodes has exactly 2m − 2 triangles with its ghosts, and a merge adds two to those of its
+// halves. So nothing is ever allocated, parts can be built side by side, and triangles lie in memory as their nodes lie
+// on the curve.
 class Builder {
  public:
   Builder(std::span<const Point2> xy, std::span<const std::uint64_t> keys, Array<Triangle>& triangles)
@@ -180,8 +180,7 @@ class Builder {
     Part whole{first.lo, count, 0, 0, 0, 0};
     // The two are on either side of a straight cut, whichever way it runs.
     const bool across_x = before_x(first.most_x, second.least_x) || before_x(second.most_x, first.least_x);
-    const bool ordered =
-        across_x ? before_x(first.most_x, second.least_x) : before_y(first.most_y, second.least_y);
+    const bool ordered = across_x ? before_x(first.most_x, second.least_x) : before_y(first.most_y, second.least_y);
     const Part &low = ordered ? first : second, &high = ordered ? second : first;
     whole.least_x = across_x || before_x(low.least_x, high.least_x) ? low.least_x : high.least_x;
     whole.most_x = across_x || before_x(low.most_x, high.most_x) ? high.most_x : low.most_x;
@@ -254,7 +253,7 @@ class Builder {
     Index ghost = no_index;  // of the hull edge between the end and c
     Index c = no_index, d = no_index;
     Point2 to_c{0, 0}, to_d{0, 0};
-    double area = 0, behind = 0;       // A, f(d)
+    double area = 0, behind = 0;      // A, f(d)
     double above = 0, other_end = 0;  // X, f(b)
   };
 
@@ -348,7 +347,10 @@ class Builder {
   bool candidate(Half& h, Index l, Index r, const Bounds& bounds) {
     const Point2 b = offset(xy_[l], xy_[r]);
     h.above = Plane::cross(b, h.to_c);
-    if (!(h.above > bounds.orientation) && (h.above < -bounds.orientation || xy_.turn(l, r, h.c) <= 0)) return false;
+    if (!(h.above > bounds.orientation)) {
+      if (h.above < -bounds.orientation || xy_.turn(l, r, h.c) <= 0) return false;
+      h.above = std::max(h.above, 0.0);  // positive, whatever rounding says
+    }
     for (;;) {
       const double along = Plane::dot(b, h.to_c);
       h.other_end = on == left_side ? Plane::dot(b, b) - along : Plane::dot(b, b) + along;
@@ -359,7 +361,7 @@ class Builder {
       h.c = h.d;
       h.to_c = h.to_d;
       look_behind<on>(h, xy_[on == left_side ? l : r]);
-      h.above = Plane::cross(b, h.to_c);
+      h.above = std::max(Plane::cross(b, h.to_c), 0.0);  // inside the circle, so above the base
     }
   }
 

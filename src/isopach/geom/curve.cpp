@@ -133,8 +133,8 @@ void sort_small(std::span<Item> items, std::vector<Item>& room, const FullOrder&
   insertion_sort(items, less);
 }
 
-// Sorts a large range: a stable pass by a digit, block by block, then every bucket on its own. Blocks and buckets depend
-// on the items alone; they only split the work.
+// Sorts a large range: a stable pass by a digit, block by block, then every bucket on its own. Blocks and buckets
+// depend on the items alone; they only split the work.
 void sort_large(std::span<Item> items, std::span<Item> room, const FullOrder& less);
 
 void sort_range(std::span<Item> items, std::span<Item> room, std::vector<Item>& small_room, const FullOrder& less) {
