@@ -19,7 +19,7 @@ HalfEdge next_leaving(const Triangulation& t, HalfEdge h) {
   return t.twin(half_edge(triangle_of(h), previous_side(side_of(h))));
 }
 
-// A half-edge of T that leaves each node: one of the interface if there is any. Not for shared nodes.
+// A half-edge of T that leaves each node: one of the interface if there is any.
 Array<HalfEdge> interface_edges(const UnitedNodes& g, const Triangulation& t) {
   const std::size_t n = g.xy.size();
   Array<unsigned char> colour(n);
@@ -28,8 +28,8 @@ Array<HalfEdge> interface_edges(const UnitedNodes& g, const Triangulation& t) {
   });
   Array<HalfEdge> leaving(n + 1, no_index);  // one more, to write what is not wanted (no branch to mispredict)
   const auto offer = [&](Index u, Index w, HalfEdge h) {
-    const bool wanted = (colour[u] != colour[w]) | (leaving[u] == no_index);
-    leaving[wanted ? u : n] = h;
+    const int wanted = static_cast<int>(colour[u] != colour[w]) | static_cast<int>(leaving[u] == no_index);
+    leaving[wanted != 0 ? u : n] = h;
   };
   for (Index i = 0; i < t.real; ++i) {
     const auto& v = t.triangles[i].v;
