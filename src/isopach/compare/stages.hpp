@@ -4,6 +4,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 
 namespace isopach::stages {
@@ -39,10 +40,19 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
                                        const HeightField& field, const Locations& where, const Array<double>& other,
                                        int sign);
 
+/// The common triangulation and its nodes.
+struct Common {
+  UnitedNodes nodes;
+  Triangulation t;
+};
+/// From scratch: needs no locations.
+[[nodiscard]] Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame,
+                                        const Context& context);
+
 /// T with both heights at its nodes, and which of its triangles lie in the domain.
-[[nodiscard]] Cells make_cells(const HeightField& a, const HeightField& b, const Locations& a_in_2,
+[[nodiscard]] Cells make_cells(Common common, const HeightField& a, const HeightField& b, const Locations& a_in_2,
                                const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
-                               Comparison& c, const Context& context);
+                               Comparison& c);
 
 /// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, Comparison& c);

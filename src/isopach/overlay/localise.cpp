@@ -21,16 +21,20 @@ int foot_side(const Point2& q, const Point2& a, const Point2& b) {
 }
 
 // From a ghost that q sees, along the hull to the edge nearest to q. The hull is convex, so the distance falls until it
-// rises; a node between two edges belongs to the edge that starts there.
-Index nearest_hull_edge(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index g,
-                        std::uint64_t& visited) {
+// rises; a node between two edges belongs to the edge that starts there. False if the limit is reached before.
+bool to_nearest_hull_edge(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index& g,
+                          std::uint64_t& visited, std::uint64_t limit) {
   const auto side = [&](Index i) { return foot_side(q, xy[t.triangles[i].v[1]], xy[t.triangles[i].v[0]]); };
   for (;;) {
     const int s = side(g);
-    if (s == 0) return g;
+    if (s == 0) return true;
     const Index other = triangle_of(t.triangles[g].n[s > 0 ? 2 : 1]);
     const int o = side(other);
-    if (o != 0 && (o > 0) != (s > 0)) return s > 0 ? other : g;  // the node between them is nearest
+    if (o != 0 && (o > 0) != (s > 0)) {  // the node between them is nearest
+      if (s > 0) g = other;
+      return true;
+    }
+    if (visited == limit) return false;
     ++visited;
     g = other;
   }
@@ -97,19 +101,24 @@ constexpr std::size_t block_size = 1 << 15;
 
 }  // namespace
 
-Location locate(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index& at,
-                std::uint64_t& visited) {
+Location locate(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index& at, std::uint64_t& visited,
+                std::uint64_t limit) {
   Index from = 3;     // side we came in by
   int from_sign = 1;  // q lies on its inner side, or (from a ghost) on it
   Index current = at;
   for (;;) {
+    if (visited == limit) {
+      at = current;
+      return {};
+    }
     ++visited;
     const Triangle& triangle = t.triangles[current];
     if (t.is_ghost(current)) {
       const bool came_from_inside = from != 3;
       const int side = came_from_inside ? -1 : orientation(xy[triangle.v[1]], xy[triangle.v[0]], q);
       if (side < 0) {
-        at = nearest_hull_edge(q, t, xy, current, visited);
+        at = current;
+        if (!to_nearest_hull_edge(q, t, xy, at, visited, limit)) return {};
         return {Location::Kind::outside, half_edge(at, 0)};
       }
       from = side_of(triangle.n[0]);

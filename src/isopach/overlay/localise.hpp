@@ -6,6 +6,7 @@
 // places, needs no case for a node that lies on MQ or an edge that MQ runs along, and visits fewer triangles.
 // Outside the hull the walk ends at the ghost whose hull edge is nearest.
 #pragma once
+#include <limits>
 #include <span>
 
 #include "isopach/base/context.hpp"
@@ -24,8 +25,9 @@ namespace isopach {
                                  std::span<const Point2> xy, const Context& context);
 
 /// Location of one point, walking from triangle (or ghost) `at`, which is left where the walk ended; `visited` grows by
-/// the triangles seen. Needs at least one real triangle.
+/// the triangles seen. Needs at least one real triangle. Gives up, with kind none, where `visited` has grown to
+/// `limit`.
 [[nodiscard]] Location locate(const Point2& q, const Triangulation& t, std::span<const Point2> xy, Index& at,
-                              std::uint64_t& visited);
+                              std::uint64_t& visited, std::uint64_t limit = std::numeric_limits<std::uint64_t>::max());
 
 }  // namespace isopach
