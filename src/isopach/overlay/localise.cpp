@@ -274,7 +274,7 @@ class Walks {
   Route& route_;
 };
 
-constexpr std::size_t walkers = 64;  // that take turns: the first-level cache has room for what they fetch
+constexpr std::size_t walkers_at_once = 64;  // that take turns: the first-level cache has room for what they fetch
 constexpr std::size_t smallest_block = std::size_t{1} << 15, most_blocks = 16;  // for threads
 constexpr std::size_t sample_run = 64;
 
@@ -338,11 +338,11 @@ void locate_on_line(std::span<const Point2> points, const OnLine& line, Location
   });
 }
 
-// Runs of `length` places, each from its entry, `walkers` of them by turns. Returns the triangles visited.
+// Runs of `length` places, each from its entry, `walkers_at_once` of them by turns. Returns the triangles visited.
 template <class Route, class Entry>
 std::uint64_t walk_runs(std::size_t n, std::size_t length, Walks<Route> walks, const Entry& entry) {
-  return sum_blocks(n, walkers * length, [&](std::size_t begin, std::size_t end) {
-    std::array<Walker, walkers> all;
+  return sum_blocks(n, walkers_at_once * length, [&](std::size_t begin, std::size_t end) {
+    std::array<Walker, walkers_at_once> all;
     std::size_t count = 0;
     for (std::size_t from = begin; from < end; from += length) {
       const auto first = static_cast<Index>(from), last = static_cast<Index>(std::min(from + length, end));
@@ -357,7 +357,7 @@ std::uint64_t walk_runs(std::size_t n, std::size_t length, Walks<Route> walks, c
 template <class Route>
 std::uint64_t walk(Route& route, std::span<const Point2> points, const Triangulation& t, std::span<const Point2> xy) {
   const std::size_t n = points.size(), blocks = std::clamp(n / smallest_block, std::size_t{1}, most_blocks);
-  const std::size_t length = (n - 1) / (walkers * blocks) + 1, runs = (n - 1) / length + 1;
+  const std::size_t length = (n - 1) / (walkers_at_once * blocks) + 1, runs = (n - 1) / length + 1;
   Sample<Route> sample(route, length, runs);
   std::uint64_t visited = 0;
   Array<Index> entries;

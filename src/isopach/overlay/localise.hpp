@@ -17,9 +17,10 @@ namespace isopach {
 
 /// Location of every point of `points` in `t` (nodes `xy`), along `tree`, the spanning tree of the points.
 /// Gives one Location per point; exact; the same for any number of threads. Expected O(n) for uniform nodes (theorem
-/// 1), quadratic on constructed inputs. Degenerate: a triangulation of collinear nodes knows node, edge, outside
-/// (nearest edge); of one node: node or outside with id 0; of none: none. Oracle: tests/overlay/localise_test.cpp
-/// (every triangle tried).
+/// 1), quadratic on constructed inputs. The tree's order is cut into runs that are walked side by side; a node whose
+/// parent is of an earlier run starts where the node before it lies (a few per cent more triangles). Degenerate: a
+/// triangulation of collinear nodes knows node, edge, outside (nearest edge); of one node: node or outside with id 0;
+/// of none: none. Oracle: tests/overlay/localise_test.cpp (every triangle tried).
 [[nodiscard]] Locations localise(std::span<const Point2> points, const SpanningTree& tree, const Triangulation& t,
                                  std::span<const Point2> xy, const Context& context);
 
