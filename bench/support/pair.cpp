@@ -5,7 +5,6 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/localise_by_interface.hpp"
-#include "isopach/overlay/localise_in_order.hpp"
 
 namespace isopach::bench {
 namespace {

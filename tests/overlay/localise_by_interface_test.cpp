@@ -10,7 +10,6 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/overlay/localise.hpp"
-#include "isopach/overlay/localise_in_order.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "tests/support/points.hpp"
 #include "tests/support/random.hpp"

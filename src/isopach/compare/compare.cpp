@@ -10,7 +10,6 @@
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/localise_by_interface.hpp"
-#include "isopach/overlay/localise_in_order.hpp"
 
 namespace isopach {
 

@@ -5,7 +5,6 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/geom/predicates.hpp"
 #include "isopach/overlay/localise.hpp"
-#include "isopach/overlay/localise_in_order.hpp"
 
 namespace isopach {
 
