@@ -9,6 +9,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/overlay/hulls.hpp"
+#include "isopach/overlay/merge.hpp"
 
 namespace isopach::stages {
 
@@ -224,6 +225,14 @@ PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& fram
     f.dz_signed[i] = sign < 0 ? other[node] - own : own - other[node];
   });
   return f;
+}
+
+Common merge_common(Triangulation t1, Triangulation t2, const HeightField& a, const HeightField& b,
+                    const Locations& a_in_2, const Locations& b_in_1, const Frame& frame, const Context& context) {
+  Common common;
+  common.nodes = unite(a.xy, b.xy, frame.curve);
+  common.t = merge({std::move(t1), a.xy, &a_in_2}, {std::move(t2), b.xy, &b_in_1}, common.nodes, frame.curve, context);
+  return common;
 }
 
 Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame, const Context& context) {

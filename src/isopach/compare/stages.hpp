@@ -45,6 +45,11 @@ struct Common {
   UnitedNodes nodes;
   Triangulation t;
 };
+/// By linear merging; T1 and T2 are used up.
+[[nodiscard]] Common merge_common(Triangulation t1, Triangulation t2, const HeightField& a, const HeightField& b,
+                                  const Locations& a_in_2, const Locations& b_in_1, const Frame& frame,
+                                  const Context& context);
+
 /// From scratch: needs no locations.
 [[nodiscard]] Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame,
                                         const Context& context);

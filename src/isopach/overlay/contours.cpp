@@ -71,7 +71,8 @@ class Fan {
       const double det = u_.square * (vw - wv) + v_.square * (wu - uw) + w2 * cross_;
       const double permanent = (std::fabs(vw) + std::fabs(wv)) * u_.square +
                                (std::fabs(wu) + std::fabs(uw)) * v_.square + cross_size_ * w2;
-      const double bound = in_circle_filter * permanent + underflow_guard;
+      // The guard grows with the lifts, as in in_circle_filtered.
+      const double bound = in_circle_filter * permanent + underflow_guard * (1 + u_.square + v_.square + w2);
       if (det > bound) return !left;
       if (det < -bound) return left;
     }
