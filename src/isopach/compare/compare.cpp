@@ -68,7 +68,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (options.locate == LocateMethod::tree)  // 5. theorem 2: T1 and T2 become T
     common = stages::merge_common(std::move(t1), std::move(t2), a, b, a_in_2, b_in_1, c.frame, context);
   t1 = {}, t2 = {};
-  if (options.locate == LocateMethod::order)  // 5. T from scratch, which is faster than its merging where both sets are dense
+  if (options.locate ==
+      LocateMethod::order)  // 5. T from scratch, which is faster than its merging where both sets are dense
     common = stages::triangulate_common(a, b, c.frame, context);
   c.cells = stages::make_cells(std::move(common), a, b, a_in_2, b_in_1, f2_at_a, f1_at_b, c);
 
