@@ -179,8 +179,8 @@ void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightFie
   c.a.nodata = cloud_a.nodata;
   c.b.nodata = cloud_b.nodata;
   if (c.options.check_layers)
-    both([&] { c.a.layered_share = layered_share(cloud_a, Pose{}, c.frame, c.options.project, context); },
-         [&] { c.b.layered_share = layered_share(cloud_b, c.options.pose, c.frame, c.options.project, context); });
+    both([&] { c.a.layered_share = layered_share(a, cloud_a, Pose{}, c.frame, context); },
+         [&] { c.b.layered_share = layered_share(b, cloud_b, c.options.pose, c.frame, context); });
   for (const InputSummary* s : {&c.a, &c.b})
     if (s->layered_share > 0.02)
       c.warnings.push_back(
