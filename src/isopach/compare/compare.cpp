@@ -3,6 +3,8 @@
 // N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner", DGCI 2013, section 3.2; measure: equation (7).
 #include "isopach/compare/compare.hpp"
 
+#include <utility>
+
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
@@ -54,7 +56,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
   t1 = {}, t2 = {}, tree1 = {}, tree2 = {};
-  c.cells = stages::make_cells(a, b, a_in_2, b_in_1, f2_at_a, f1_at_b, c, context);
+  for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
+  c.cells = stages::make_cells(std::move(a), std::move(b), a_in_2, b_in_1, f2_at_a, f1_at_b, c, context);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();

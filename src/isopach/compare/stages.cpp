@@ -227,11 +227,14 @@ PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& fram
   return f;
 }
 
-Cells make_cells(const HeightField& a, const HeightField& b, const Locations& a_in_2, const Locations& b_in_1,
+Cells make_cells(HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
                  const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c, const Context& context) {
   Cells cells;
   UnitedNodes g = unite(a.xy, b.xy, c.frame.curve);
   const std::size_t n = g.xy.size();
+  for (HeightField* f : {&a, &b}) Array<Point2>().swap(f->xy);  // little is held while T is made: heights come after it
+  cells.triangulation = triangulate(g.xy, c.frame.curve, context);
+  cells.xy = std::move(g.xy);
   cells.z1.resize(n);
   cells.z2.resize(n);
   Array<unsigned char> known_in_both(n);
@@ -241,8 +244,6 @@ Cells make_cells(const HeightField& a, const HeightField& b, const Locations& a_
     cells.z2[i] = i2 != no_index ? b.z[i2] : f2_at_a[i1];
     known_in_both[i] = (i1 == no_index ? inside(b_in_1.kind[i2]) : i2 != no_index || inside(a_in_2.kind[i1])) ? 1 : 0;
   });
-  cells.triangulation = triangulate(g.xy, c.frame.curve, context);
-  cells.xy = std::move(g.xy);
   const Triangulation& t = cells.triangulation;
   c.common = t.real;
   cells.in_domain.resize(t.real);

@@ -39,10 +39,11 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
                                        const HeightField& field, const Locations& where, const Array<double>& other,
                                        int sign);
 
-/// T with both heights at its nodes, and which of its triangles lie in the domain.
-[[nodiscard]] Cells make_cells(const HeightField& a, const HeightField& b, const Locations& a_in_2,
-                               const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
-                               Comparison& c, const Context& context);
+/// T with both heights at its nodes, and which of its triangles lie in the domain. Of the locations only the kinds are
+/// read. The fields are let go of as soon as they are used.
+[[nodiscard]] Cells make_cells(HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
+                               const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c,
+                               const Context& context);
 
 /// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, Comparison& c);
