@@ -77,8 +77,11 @@ void add_measure_options(Command& command, Request& request) {
       "on from its border");
   command.choice<BorderRule>("--border", options.border, {{"hull", BorderRule::hull}},
                              "Border of a scan; hull: the convex hull of its points");
-  command.choice<LocateMethod>("--locate", options.locate, {{"tree", LocateMethod::tree}},
-                               "How points of one scan are found in the other; tree: along the spanning tree");
+  command.choice<LocateMethod>(
+      "--locate", options.locate,
+      {{"tree", LocateMethod::tree}, {"interface", LocateMethod::interface}, {"order", LocateMethod::order}},
+      "How points of one scan are found in the other, with the same result; tree: along the "
+      "spanning tree; interface: from the triangulation of both; order: along the curve");
   command
       .option("--min-coverage", "SHARE", options.min_coverage,
               "Exit 4 if the scans share less than this part of their area, 0 to 1")

@@ -27,7 +27,7 @@ void cliffs(const Setup& setup, Page& page);      ///< hostile families against 
 void stages(const Setup& setup, Page& page);      ///< tree, localisation, merge
 void whole(const Setup& setup, Page& page);       ///< the comparison in memory
 void growth(const Setup& setup, Page& page);      ///< figure 3, with real scans; ns per node against n
-void worst_case(const Setup& setup, Page& page);  ///< quadratic along the tree
+void worst_case(const Setup& setup, Page& page);  ///< quadratic along the tree, linear by interface
 void scipy(const Setup& setup, Page& page);       ///< Qhull through SciPy, if there
 
 /// What `memory` runs as a process: prints the peak above the input, bytes a point.

@@ -28,21 +28,30 @@ int repeats_for(std::size_t nodes, const Setup& setup) {
   return nodes > 3'000'000 ? 3 : 5;
 }
 
-/// Mean of the pairs, which are of one kind and size.
-Measured localisation(std::span<const Pair> pairs, int repeats) {
+enum class Way { tree, order, interface };
+
+/// Mean of the pairs, which are of one kind and size. By interface: the common triangulation is there, off the clock.
+Measured localisation(std::span<const Pair> pairs, int repeats, Way way = Way::tree) {
+  std::vector<Union> common;
+  if (way == Way::interface)
+    for (const Pair& pair : pairs) common.push_back(united(pair));
+  const auto locate_both = [&](std::size_t i) {
+    if (way == Way::interface) return localise_by_interface_both(pairs[i], common[i]);
+    return way == Way::order ? localise_in_order_both(pairs[i]) : localise_both(pairs[i]);
+  };
   Measured m;
   std::uint64_t visited = 0;
   std::size_t nodes = 0;
-  for (const Pair& pair : pairs) {
-    const Located located = localise_both(pair);
+  for (std::size_t i = 0; i < pairs.size(); ++i) {
+    const Located located = locate_both(i);
     visited += located.a_in_b.visited + located.b_in_a.visited;
-    nodes += pair.nodes();
+    nodes += pairs[i].nodes();
   }
   const auto count = static_cast<double>(pairs.size());
   m.nodes = 0.5 * static_cast<double>(nodes) / count;
   m.visited = static_cast<double>(visited) / static_cast<double>(nodes);
   const double seconds = time_of(1, repeats, [&] {
-    for (const Pair& pair : pairs) (void)localise_both(pair);
+    for (std::size_t i = 0; i < pairs.size(); ++i) (void)locate_both(i);
   });
   m.locate_seconds = seconds / count;
   return m;
@@ -105,14 +114,19 @@ void write_plot(const Setup& setup, const std::string& name, const Plot& plot) {
   });
 }
 
-std::vector<Measured> measure_uniform(const Setup& setup) {
-  std::vector<Measured> found;
+struct Uniform {
+  std::vector<Measured> tree, order, interface;  ///< merge: in `tree`
+};
+Uniform measure_uniform(const Setup& setup) {
+  Uniform found;
   for (const std::size_t n : setup.sizes) {
     const std::vector<Pair> pairs = uniform_pairs(n);
     const int repeats = repeats_for(n, setup);
-    found.push_back(localisation(pairs, repeats));
+    found.tree.push_back(localisation(pairs, repeats));
+    found.order.push_back(localisation(pairs, repeats, Way::order));
+    found.interface.push_back(localisation(pairs, repeats, Way::interface));
     std::optional<Triangulation> merged;
-    found.back().merge_seconds = time_of(1, std::min(repeats, 5), [&] { merged = merge(pairs[0]); });
+    found.tree.back().merge_seconds = time_of(1, std::min(repeats, 5), [&] { merged = merge(pairs[0]); });
   }
   return found;
 }
@@ -122,17 +136,23 @@ std::string per_node(double seconds, double nodes) { return number(1e9 * seconds
 }  // namespace
 
 void growth(const Setup& setup, Page& page) {
-  const std::vector<Measured> measured = measure_uniform(setup);
+  const Uniform found = measure_uniform(setup);
+  const std::vector<Measured>& measured = found.tree;
   page.heading("Growth with the number of nodes");
   page.paragraph(
-      "Uniform nodes, N in each mesh, one thread, medians; mutual localisation along the trees (2N nodes located), "
-      "merge per node "
-      "of the union.");
-  std::vector<std::vector<std::string>> rows = {
-      {"N", "visited per node", "localisation, ns per node", "merge, ns per node", "N/t, nodes per µs"}};
-  for (const Measured& m : measured)
+      "Uniform nodes, N in each mesh, one thread, medians; mutual localisation along the trees, along the "
+      "curve and by the common triangulation (2N nodes located; building trees and triangulation is not in it), merge "
+      "per node of the union.");
+  std::vector<std::vector<std::string>> rows = {{"N", "tree: visited per node", "ns per node", "N/t, nodes per µs",
+                                                 "order: visited", "ns per node", "interface: visited", "ns per node",
+                                                 "merge, ns per node"}};
+  for (std::size_t i = 0; i < measured.size(); ++i) {
+    const Measured &m = measured[i], &o = found.order[i], &f = found.interface[i];
     rows.push_back({count(static_cast<std::size_t>(m.nodes)), number(m.visited),
-                    per_node(m.locate_seconds, 2 * m.nodes), per_node(m.merge_seconds, 2 * m.nodes), number(rate(m))});
+                    per_node(m.locate_seconds, 2 * m.nodes), number(rate(m)), number(o.visited),
+                    per_node(o.locate_seconds, 2 * o.nodes), number(f.visited), per_node(f.locate_seconds, 2 * f.nodes),
+                    per_node(m.merge_seconds, 2 * m.nodes)});
+  }
   page.table(rows);
   const auto base = std::find_if(measured.begin(), measured.end(), [](const Measured& m) { return m.nodes >= 1e5; });
   if (base != measured.end() && base->nodes < measured.back().nodes) {
@@ -147,6 +167,9 @@ void growth(const Setup& setup, Page& page) {
   Plot growth_plot{"Cost per node, uniform nodes, one thread", "N, nodes of one mesh", "ns per node", {}};
   growth_plot.series.push_back(series_of("localisation along the tree", measured,
                                          [](const Measured& m) { return 0.5e9 * m.locate_seconds / m.nodes; }));
+  const auto ns = [](const Measured& m) { return 0.5e9 * m.locate_seconds / m.nodes; };
+  growth_plot.series.push_back(series_of("localisation along the curve", found.order, ns));
+  growth_plot.series.push_back(series_of("localisation by interface", found.interface, ns));
   growth_plot.series.push_back(
       series_of("merge", measured, [](const Measured& m) { return 0.5e9 * m.merge_seconds / m.nodes; }));
   write_plot(setup, "benchmark-growth.svg", growth_plot);
@@ -161,6 +184,8 @@ void growth(const Setup& setup, Page& page) {
   Plot figure{
       "Mutual localisation: N/t against N, one thread", "N, nodes of one mesh", "N/t, nodes per microsecond", {}};
   figure.series.push_back(series_of("uniform", measured, rate));
+  figure.series.push_back(series_of("uniform, along the curve", found.order, rate));
+  figure.series.push_back(series_of("uniform, by interface", found.interface, rate));
   std::vector<std::vector<std::string>> real_rows = {
       {"real scans", "N", "visited per node", "ns per node", "N/t, nodes per µs"}};
   std::string absent;
@@ -181,33 +206,70 @@ void growth(const Setup& setup, Page& page) {
   if (!absent.empty()) page.paragraph("Not measured, the data are not there: " + absent + ".");
 }
 
+namespace {
+
+Pair worst_case_pair(std::size_t n) {
+  SceneOptions options;
+  options.points_a = options.points_b = n;
+  const Scene scene = make_scene("worst-case", options, {});
+  return make_pair_of(scene.a, scene.b, 1);
+}
+
+/// The counterexample of docs/localisation.md: in the same bundle of long thin triangles, nodes at heights of chance.
+Pair bundle_pair(std::size_t n) {
+  SceneOptions options;
+  options.points_a = options.points_b = n;
+  const Cloud columns = make_scene("worst-case", options, {}).b;
+  Points between, around;
+  const Points chance = uniform(n, 1);
+  for (std::size_t i = 0; i < n; ++i)
+    between.push_back({0.8 * (static_cast<double>(i) - 0.5 * static_cast<double>(n)), 0.2 * chance[i].y - 0.1});
+  for (const Point3& p : columns.points) around.push_back({p.x, p.y});
+  return make_pair_of(between, around);
+}
+
+}  // namespace
+
 void worst_case(const Setup& setup, Page& page) {
-  std::vector<Measured> tree, harmless;
-  for (const std::size_t n : setup.worst_sizes) {
-    SceneOptions options;
-    options.points_a = options.points_b = n;
-    const Scene scene = make_scene("worst-case", options, {});
-    const Pair pair = make_pair_of(scene.a, scene.b, 1);
-    tree.push_back(localisation({&pair, 1}, 3));
-    harmless.push_back(localisation(uniform_pairs(n), 3));
+  const std::size_t largest_for_tree = setup.worst_sizes.back(), largest_bundle = 4000;
+  std::vector<std::size_t> sizes = setup.worst_sizes;
+  for (const std::size_t n : {30'000, 100'000})
+    if (n > sizes.back()) sizes.push_back(n);
+  std::vector<Measured> tree, interface, bundle_tree, bundle_interface;
+  for (const std::size_t n : sizes) {
+    const Pair pair = worst_case_pair(n);
+    interface.push_back(localisation({&pair, 1}, 3, Way::interface));
+    if (n <= largest_for_tree) tree.push_back(localisation({&pair, 1}, 3));
+    if (n > largest_bundle) continue;
+    const Pair bundle = bundle_pair(n);
+    bundle_tree.push_back(localisation({&bundle, 1}, 1));
+    bundle_interface.push_back(localisation({&bundle, 1}, 1, Way::interface));
   }
   page.heading("The constructed worst case");
   page.paragraph(
       "A zigzag whose tree crosses, with every edge, all the long edges of the other mesh. Along the tree the cost is "
-      "quadratic: the visited "
-      "triangles per node grow with N. Theorem 3's localisation from interface triangles, linear here too, is not in "
-      "the library yet.");
-  std::vector<std::vector<std::string>> rows = {
-      {"N", "visited per node", "seconds", "uniform: visited per node", "seconds"}};
-  for (std::size_t i = 0; i < tree.size(); ++i)
-    rows.push_back({count(static_cast<std::size_t>(tree[i].nodes)), number(tree[i].visited),
-                    fmt::format("{:.4f}", tree[i].locate_seconds), number(harmless[i].visited),
-                    fmt::format("{:.4f}", harmless[i].locate_seconds)});
+      "quadratic: the visited triangles per node grow with N. By the common triangulation (theorem 3) it is linear "
+      "here (target: at most 20 triangles per node). Last columns: nodes at heights of chance in the same bundle of "
+      "long thin triangles, where no walk from neighbour to neighbour is short, whatever leads it "
+      "([why](localisation.md)).");
+  std::vector<std::vector<std::string>> rows = {{"N", "tree: visited per node", "seconds",
+                                                 "interface: visited per node", "seconds", "by chance, tree: visited",
+                                                 "by chance, interface: visited"}};
+  for (std::size_t i = 0; i < interface.size(); ++i) {
+    const bool with_tree = i < tree.size(), with_bundle = i < bundle_tree.size();
+    rows.push_back({count(static_cast<std::size_t>(interface[i].nodes)), with_tree ? number(tree[i].visited) : "",
+                    with_tree ? fmt::format("{:.4f}", tree[i].locate_seconds) : "", against(interface[i].visited, 20),
+                    fmt::format("{:.4f}", interface[i].locate_seconds),
+                    with_bundle ? number(bundle_tree[i].visited) : "",
+                    with_bundle ? number(bundle_interface[i].visited) : ""});
+  }
   page.table(rows);
   Plot plot{"Worst case: triangles visited per node", "N, nodes of one mesh", "visited triangles per node", {}};
   const auto visited = [](const Measured& m) { return m.visited; };
-  plot.series.push_back(series_of("worst case, along the tree", tree, visited));
-  plot.series.push_back(series_of("uniform, along the tree", harmless, visited));
+  plot.series.push_back(series_of("zigzag, tree", tree, visited));
+  plot.series.push_back(series_of("zigzag, interface", interface, visited));
+  plot.series.push_back(series_of("by chance, tree", bundle_tree, visited));
+  plot.series.push_back(series_of("by chance, interface", bundle_interface, visited));
   write_plot(setup, "benchmark-worst-case.svg", plot);
   page.picture("benchmark-worst-case.svg", "visited triangles per node against N");
 }

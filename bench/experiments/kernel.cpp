@@ -156,6 +156,10 @@ void stages(const Setup& setup, Page& page) {
   }
   std::vector<double> s = take_turns(contestants, setup.repeats);
   s.resize(9, 0);
+  Locations in_order;
+  const auto locate_in_order = [&] { in_order = localise_in_order(pair.a.xy, pair.b.t, pair.b.xy, {}); };
+  const std::vector<double> o =
+      take_turns({{"in order", 1, locate_in_order}, {"in order", 2, locate_in_order}}, setup.repeats);
   const std::size_t united = pair.nodes();
   page.heading("Tree, localisation, merge");
   page.paragraph("Uniform in uniform, " + count(n) + " + " + count(n) +
@@ -175,11 +179,14 @@ void stages(const Setup& setup, Page& page) {
                against(ns(s[3], n), 90), "90"},
               {"localisation", against(ns(s[1], n), 70), cgal(s[6], n), ratio(s[1], s[6]), "70", "50",
                against(ns(s[4], n), 40), "40"},
+              {"localisation in curve order, no tree", against(ns(o[0], n), 70), cgal(s[6], n), ratio(o[0], s[6]), "70",
+               "50", against(ns(o[1], n), 40), "40"},
               {"merge", against(ns(s[2], united), 150), cgal(s[7], united), ratio(s[2], s[7]), "150", "110",
                against(ns(s[5], united), 90), "90"}});
   page.paragraph(
       "Triangles visited per node: " + number(static_cast<double>(located.visited) / static_cast<double>(n)) +
-      " (target 3). The merged triangulation is " + verdict_on_merge(pair, merged) + ".");
+      " along the tree (target 3), " + number(static_cast<double>(in_order.visited) / static_cast<double>(n)) +
+      " in curve order. The merged triangulation is " + verdict_on_merge(pair, merged) + ".");
 }
 
 void whole(const Setup& setup, Page& page) {

@@ -3,8 +3,8 @@
 #include "isopach/base/random.hpp"
 #include "isopach/delaunay/validate.hpp"
 #include "isopach/field/height_field.hpp"
-#include "isopach/overlay/common.hpp"
 #include "isopach/overlay/localise.hpp"
+#include "isopach/overlay/localise_by_interface.hpp"
 
 namespace isopach::bench {
 namespace {
@@ -59,6 +59,22 @@ Pair make_pair_of(const Cloud& a, const Cloud& b, std::uint64_t keep) {
 Located localise_both(const Pair& pair) {
   return {localise(pair.a.xy, pair.a.tree, pair.b.t, pair.b.xy, {}),
           localise(pair.b.xy, pair.b.tree, pair.a.t, pair.a.xy, {})};
+}
+
+Located localise_in_order_both(const Pair& pair) {
+  return {localise_in_order(pair.a.xy, pair.b.t, pair.b.xy, {}), localise_in_order(pair.b.xy, pair.a.t, pair.a.xy, {})};
+}
+
+Union united(const Pair& pair) {
+  Union common;
+  common.g = unite(pair.a.xy, pair.b.xy, pair.box);
+  common.t = triangulate(common.g.xy, pair.box, {});
+  return common;
+}
+
+Located localise_by_interface_both(const Pair& pair, const Union& common) {
+  MutualLocations found = localise_by_interface(common.g, common.t, pair.a.t, pair.a.xy, pair.b.t, pair.b.xy, {});
+  return {std::move(found.of_1_in_2), std::move(found.of_2_in_1)};
 }
 
 Triangulation merge(const Pair& pair) {

@@ -8,6 +8,7 @@
 #include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/geom/curve.hpp"
+#include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 
 namespace isopach::bench {
@@ -35,6 +36,17 @@ struct Located {
 };
 /// Mutual localisation along the spanning trees.
 [[nodiscard]] Located localise_both(const Pair& pair);
+/// … along the curve, without trees.
+[[nodiscard]] Located localise_in_order_both(const Pair& pair);
+
+/// The common triangulation with its nodes.
+struct Union {
+  UnitedNodes g;
+  Triangulation t;
+};
+[[nodiscard]] Union united(const Pair& pair);
+/// … by the common triangulation.
+[[nodiscard]] Located localise_by_interface_both(const Pair& pair, const Union& common);
 
 /// The common triangulation of both meshes.
 [[nodiscard]] Triangulation merge(const Pair& pair);

@@ -139,6 +139,22 @@ class Options(CliTest):
                 self.assertNotIn(text, seen)
                 seen.add(text)
 
+    def test_locate_changes_the_way_and_not_the_result(self):
+        a, b = self.scans()
+        results = {way: self.result("compare", a, b, "--locate", way) for way in ["tree", "interface", "order"]}
+        self.assertEqual(self.result("compare", a, b)["localisation"], results["tree"]["localisation"])
+        visited = set()
+        for way, result in results.items():
+            self.assertEqual(result["parameters"].pop("locate"), way)
+            located = result.pop("localisation")
+            self.assertEqual(located["method"], way)
+            visited.add((located["visited_1_in_2"], located["visited_2_in_1"]))
+            timing = result.pop("timing_s")
+            self.assertEqual(timing["spanning_tree"] > 0, way == "tree")
+            self.assertGreater(timing["localise"], 0)
+            self.assertEqual(result, {key: results["tree"][key] for key in result})
+        self.assertEqual(len(visited), 3)
+
     def test_pose_undoes_a_shift(self):
         self.write("a.xyz", points(1))
         self.write("b.xyz", [(x + 64, y - 32, z + 2) for x, y, z in points(1)])

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 
@@ -212,6 +213,34 @@ TEST(Compare, ReportsProgressFromStartToEnd) {
   std::vector<std::string> timed;
   for (const auto& [stage, seconds] : c.timing.stages) timed.push_back(stage);
   EXPECT_EQ(stages, timed);
+}
+
+bool was_timed(const Comparison& c, const std::string& stage) {
+  return std::any_of(c.timing.stages.begin(), c.timing.stages.end(), [&](const auto& s) { return s.first == stage; });
+}
+
+TEST(Compare, LocatesInThreeWaysWithOneResult) {
+  const Cloud a = rough_cloud(framed_square(3000, 183), 184), b = rough_cloud(framed_square(2000, 185), 186);
+  CompareOptions options;
+  EXPECT_EQ(options.locate, LocateMethod::tree);
+  const Comparison by_tree = compare_plain(a, b, options);
+  EXPECT_TRUE(was_timed(by_tree, "spanning_tree"));
+  for (const LocateMethod method : {LocateMethod::interface, LocateMethod::order}) {
+    options.locate = method;
+    const Comparison c = compare_plain(a, b, options);
+    EXPECT_FALSE(was_timed(c, "spanning_tree"));
+    EXPECT_TRUE(was_timed(c, "localise") && was_timed(c, "merge"));
+    EXPECT_NE(c.visited_1_in_2, by_tree.visited_1_in_2);
+    EXPECT_NE(c.visited_2_in_1, by_tree.visited_2_in_1);
+    EXPECT_EQ(c.measures.volume.above, by_tree.measures.volume.above);
+    EXPECT_EQ(c.measures.volume.below, by_tree.measures.volume.below);
+    EXPECT_EQ(c.measures.area, by_tree.measures.area);
+    EXPECT_EQ(c.measures.difference.abs_percentiles, by_tree.measures.difference.abs_percentiles);
+    EXPECT_EQ(c.common, by_tree.common);
+    EXPECT_EQ(c.interface, by_tree.interface);
+    EXPECT_EQ(c.cells.z1, by_tree.cells.z1);
+    EXPECT_EQ(c.cells.z2, by_tree.cells.z2);
+  }
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <set>
+#include <tuple>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
@@ -17,6 +18,58 @@
 
 namespace isopach::test {
 namespace {
+
+using Edges = std::set<std::pair<Index, Index>>;
+
+Edges edges_of(const SpanningTree& tree) {
+  Edges edges;
+  for (std::size_t place = 1; place < tree.order.size(); ++place)
+    edges.insert(std::minmax(tree.order[place], tree.order[tree.parent[place]]));
+  return edges;
+}
+
+/// Kruskal on all Delaunay edges, sorted by rounded squared length and then by the curve order of their ends.
+Edges kruskal(const Triangulation& t, std::span<const Point2> xy) {
+  std::vector<std::tuple<double, Index, Index>> all;
+  for (Index i = 0; i < t.triangles.size(); ++i)
+    for (Index k = 0; k < (t.is_ghost(i) ? 1u : 3u); ++k) {
+      const auto [a, b] = std::minmax({t.origin(half_edge(i, k)), t.target(half_edge(i, k))});
+      const double dx = xy[b].x - xy[a].x, dy = xy[b].y - xy[a].y;
+      all.emplace_back(dx * dx + dy * dy, a, b);
+    }
+  std::sort(all.begin(), all.end());
+  std::vector<Index> above(t.nodes);
+  for (Index v = 0; v < t.nodes; ++v) above[v] = v;
+  const auto root = [&](Index v) {
+    while (above[v] != v) v = above[v] = above[above[v]];
+    return v;
+  };
+  Edges chosen;
+  for (const auto& [length, a, b] : all) {
+    if (root(a) == root(b)) continue;
+    above[root(a)] = root(b);
+    chosen.insert({a, b});
+  }
+  return chosen;
+}
+
+/// The same triangulation with its triangles in random order, ghosts last.
+Triangulation renumbered(const Triangulation& t, std::uint64_t seed) {
+  std::vector<Index> from, ghosts;
+  for (Index i = 0; i < t.triangles.size(); ++i) (t.is_ghost(i) ? ghosts : from).push_back(i);
+  Random random(seed);
+  random.shuffle(from);
+  random.shuffle(ghosts);
+  from.insert(from.end(), ghosts.begin(), ghosts.end());
+  std::vector<Index> to(from.size());
+  for (Index i = 0; i < from.size(); ++i) to[from[i]] = i;
+  Triangulation other = t;
+  for (Index i = 0; i < from.size(); ++i) {
+    other.triangles[i] = t.triangles[from[i]];
+    for (HalfEdge& h : other.triangles[i].n) h = half_edge(to[triangle_of(h)], side_of(h));
+  }
+  return other;
+}
 
 long double weight(const SpanningTree& tree, std::span<const Point2> xy) {
   long double sum = 0;
@@ -69,6 +122,22 @@ TEST_P(SpanningTreeFamilies, HasDelaunayEdgesOnly) {
   const SpanningTree tree = spanning_tree(t, s.xy, {});
   for (std::size_t place = 1; place < tree.order.size(); ++place)
     ASSERT_EQ(edges.count({tree.order[place], tree.order[tree.parent[place]]}), 1u) << place;
+}
+
+// Ties included: the tree is unique in the total order of the edges. Sizes at and beyond the blocks that are contracted
+// each for itself.
+TEST_P(SpanningTreeFamilies, EqualsKruskals) {
+  for (const std::size_t n : {2, 3, 7, 100, 8191, 8192, 8193, 16385, 30000}) {
+    const SortedTriangulation s = make(n, 77);
+    EXPECT_EQ(edges_of(spanning_tree(s.triangulation, s.xy, {})), kruskal(s.triangulation, s.xy)) << n;
+  }
+}
+
+// The numbering of the triangles costs time, never the tree.
+TEST_P(SpanningTreeFamilies, DoesNotDependOnTheNumberingOfTriangles) {
+  const SortedTriangulation s = make(20000, 78);
+  const Edges expected = edges_of(spanning_tree(s.triangulation, s.xy, {}));
+  EXPECT_EQ(edges_of(spanning_tree(renumbered(s.triangulation, 79), s.xy, {})), expected);
 }
 
 TEST_P(SpanningTreeFamilies, IsAFunctionOfThePointSetAndNotOfThreads) {

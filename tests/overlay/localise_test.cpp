@@ -22,6 +22,15 @@ Locations localise_all(const SortedTriangulation& points, const SortedTriangulat
   return localise(points.xy, spanning_tree(points.triangulation, points.xy, {}), mesh.triangulation, mesh.xy, {});
 }
 
+Locations localise_all_in_order(const SortedTriangulation& points, const SortedTriangulation& mesh) {
+  return localise_in_order(points.xy, mesh.triangulation, mesh.xy, {});
+}
+
+void expect_equal(const Locations& found, const Locations& expected) {
+  EXPECT_EQ(found.kind, expected.kind);
+  EXPECT_EQ(found.id, expected.id);
+}
+
 Points corners_of(const Location& at, const SortedTriangulation& mesh) {
   const Triangulation& t = mesh.triangulation;
   if (at.kind == Kind::node) return {mesh.xy[at.id]};
@@ -56,6 +65,7 @@ void expect_nearest_hull_edge(const Point2& q, const Location& at, const SortedT
 void expect_equal_to_brute_force(const SortedTriangulation& points, const SortedTriangulation& mesh) {
   const Locations found = localise_all(points, mesh);
   ASSERT_EQ(found.size(), points.xy.size());
+  expect_equal(localise_all_in_order(points, mesh), found);
   const Points nodes(mesh.xy.begin(), mesh.xy.end());
   const std::vector<Triple> triangles = brute_delaunay(nodes);
   for (std::size_t i = 0; i < points.xy.size(); ++i) {
@@ -120,13 +130,40 @@ TEST_P(LocaliseFamilies, IsTheSameForAnyNumberOfThreads) {
   const SortedTriangulation mesh = triangulate_unsorted(GetParam().make(5000, 84), {});
   const SortedTriangulation points = triangulate_unsorted(GetParam().make(80000, 85), {});
   const Locations expected = localise_all(points, mesh);
+  const std::uint64_t visited_in_order = localise_all_in_order(points, mesh).visited;
   for (const int threads : {1, 2, 7})
     run_with_threads(threads, [&] {
       const Locations found = localise_all(points, mesh);
       EXPECT_EQ(found.kind, expected.kind) << threads;
       EXPECT_EQ(found.id, expected.id) << threads;
       EXPECT_EQ(found.visited, expected.visited) << threads;
+      const Locations ordered = localise_all_in_order(points, mesh);
+      expect_equal(ordered, expected);
+      EXPECT_EQ(ordered.visited, visited_in_order) << threads;
     });
+}
+
+// Runs and blocks of every size, most of them not full.
+TEST_P(LocaliseFamilies, IsTheSameAlongTheTreeAndInOrderForAnyNumberOfPoints) {
+  const SortedTriangulation mesh = triangulate_unsorted(GetParam().make(3000, 89), {});
+  for (const std::size_t n : {1, 2, 63, 64, 65, 129, 5000, 100000}) {
+    const SortedTriangulation points = triangulate_unsorted(GetParam().make(n, 90), {});
+    expect_equal(localise_all_in_order(points, mesh), localise_all(points, mesh));
+  }
+}
+
+// The order of the points costs time, never the answer.
+TEST_P(LocaliseFamilies, InOrderTakesAnyOrder) {
+  const SortedTriangulation mesh = triangulate_unsorted(GetParam().make(2000, 91), {});
+  const SortedTriangulation points = triangulate_unsorted(questions(mesh, 92), {});
+  const Locations expected = localise_all_in_order(points, mesh);
+  std::vector<Index> order(points.xy.size());
+  for (Index i = 0; i < order.size(); ++i) order[i] = i;
+  Random(93).shuffle(order);
+  Points shuffled;
+  for (const Index i : order) shuffled.push_back(points.xy[i]);
+  const Locations found = localise_in_order(shuffled, mesh.triangulation, mesh.xy, {});
+  for (std::size_t i = 0; i < order.size(); ++i) ASSERT_EQ(found[i], expected[order[i]]) << i;
 }
 
 TEST(Localise, SaysAtWhichEndOfTheRangeItIs) {
@@ -139,6 +176,7 @@ TEST(Localise, SaysAtWhichEndOfTheRangeItIs) {
     EXPECT_EQ(localise_all(points, one)[i], (Location{kind, 0}));
   }
   EXPECT_EQ(localise_all(none, points).size(), 0u);
+  EXPECT_EQ(localise_all_in_order(none, points).size(), 0u);
 }
 
 TEST(Localise, OnCollinearNodesTellsNodeEdgeAndOutside) {
@@ -170,16 +208,18 @@ TEST(Localise, IsExactAtTheHull) {
 
 // Theorem 1 of the paper: for uniform nodes the work per node does not grow with their number.
 TEST(Localise, VisitsAConstantNumberOfTrianglesPerUniformNode) {
-  double per_node[2];
-  for (int i = 0; i < 2; ++i) {
-    const std::size_t n = i == 0 ? 5000 : 80000;
-    const SortedTriangulation a = triangulate_unsorted(uniform(n, 86), {}),
-                              b = triangulate_unsorted(uniform(n, 87), {});
-    per_node[i] = static_cast<double>(localise_all(a, b).visited) / static_cast<double>(n);
+  for (const auto localise_by : {localise_all, localise_all_in_order}) {
+    double per_node[2];
+    for (int i = 0; i < 2; ++i) {
+      const std::size_t n = i == 0 ? 5000 : 80000;
+      const SortedTriangulation a = triangulate_unsorted(uniform(n, 86), {}),
+                                b = triangulate_unsorted(uniform(n, 87), {});
+      per_node[i] = static_cast<double>(localise_by(a, b).visited) / static_cast<double>(n);
+    }
+    EXPECT_LT(per_node[1], 1.1 * per_node[0]);
+    EXPECT_GT(per_node[1], 1);
+    EXPECT_LT(per_node[1], 10);
   }
-  EXPECT_LT(per_node[1], 1.1 * per_node[0]);
-  EXPECT_GT(per_node[1], 1);
-  EXPECT_LT(per_node[1], 10);
 }
 
 void expect_three_outside(double scale) {

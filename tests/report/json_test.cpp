@@ -137,6 +137,7 @@ TEST(ComparisonJson, EveryOptionInForceIsThere) {
   c.options.project.classes = {2};
   c.options.project.crop = Box2{{1, 2}, {3, 4}};
   c.options.min_coverage = 0.5;
+  c.options.locate = LocateMethod::order;
   c.options.allow_crs = true;
   c.options.check_layers = false;
   c.options.pose.m[3] = 7.5;
@@ -151,6 +152,8 @@ TEST(ComparisonJson, EveryOptionInForceIsThere) {
   EXPECT_EQ(p["class"], Json::array({2}));
   EXPECT_EQ(p["crop"], Json::array({1.0, 2.0, 3.0, 4.0}));
   EXPECT_EQ(p["min_coverage"], 0.5);
+  EXPECT_EQ(p["locate"], "order");
+  EXPECT_EQ(j["localisation"]["method"], "order");
   EXPECT_EQ(p["allow_crs"], true);
   EXPECT_EQ(p["check_layers"], false);
   EXPECT_EQ(p["unit"], "mm");

@@ -4,12 +4,14 @@
 //   for_each_index     f(i) for i in [0, n)
 //   reduce_blocks      per-block results, combined in block order: the same bits for any number of threads
 //   both               two tasks side by side
+//   read_shared, write_shared, claim, take_next   single words that tasks running side by side share
 // Blocks depend on n and the block size alone, never on the number of threads.
 //
 // Built with ISOPACH_STD_THREADS (preset tsan) the same verbs run on plain threads: the thread sanitizer does not see
 // how oneTBB synchronises, and would report its every task.
 #pragma once
 #include <algorithm>
+#include <atomic>
 #include <cstddef>
 #include <functional>
 #include <vector>
@@ -71,6 +73,27 @@ template <class T, class Map, class Combine>
   T total{};
   for (const T& part : partial) combine(total, part);
   return total;
+}
+
+/// What another task wrote before its write_shared or claim of this word is seen after read_shared of it.
+template <class T>
+[[nodiscard]] T read_shared(const T& word) {
+  return std::atomic_ref<T>(const_cast<T&>(word)).load(std::memory_order_acquire);
+}
+template <class T>
+void write_shared(T& word, T value) {
+  std::atomic_ref<T>(word).store(value, std::memory_order_release);
+}
+/// Puts `desired` in place of `expected`; false if the word holds something else, which `expected` becomes.
+template <class T>
+[[nodiscard]] bool claim(T& word, T& expected, T desired) {
+  return std::atomic_ref<T>(word).compare_exchange_strong(expected, desired, std::memory_order_acq_rel,
+                                                          std::memory_order_acquire);
+}
+/// Adds `count` to a shared counter; gives its value before.
+template <class T>
+[[nodiscard]] T take_next(T& counter, T count) {
+  return std::atomic_ref<T>(counter).fetch_add(count, std::memory_order_relaxed);
 }
 
 template <class F, class G>

@@ -3,14 +3,13 @@
 // N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner", DGCI 2013, section 3.2; measure: equation (7).
 #include "isopach/compare/compare.hpp"
 
-#include <utility>
-
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"
+#include "isopach/overlay/localise_by_interface.hpp"
 
 namespace isopach {
 
@@ -34,30 +33,43 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   both([&] { t1 = triangulate(a.xy, c.frame.curve, context); },
        [&] { t2 = triangulate(b.xy, c.frame.curve, context); });
 
-  clock.start("spanning_tree");  // 2. from the Delaunay edges: O(n)
-  SpanningTree tree1, tree2;
-  both([&] { tree1 = spanning_tree(t1, a.xy, context); }, [&] { tree2 = spanning_tree(t2, b.xy, context); });
-
-  clock.start("localise");  // 3. theorem 1, and 4. interpolation
   Locations a_in_2, b_in_1;
-  Array<double> f2_at_a, f1_at_b;
-  both(
-      [&] {
-        a_in_2 = localise(a.xy, tree1, t2, b.xy, context);
-        f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context);
-      },
-      [&] {
-        b_in_1 = localise(b.xy, tree2, t1, a.xy, context);
-        f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context);
-      });
+  stages::Common common;
+  if (options.locate == LocateMethod::tree) {
+    clock.start("spanning_tree");  // 2. from the Delaunay edges: O(n)
+    SpanningTree tree1, tree2;
+    both([&] { tree1 = spanning_tree(t1, a.xy, context); }, [&] { tree2 = spanning_tree(t2, b.xy, context); });
 
-  clock.start("merge");  // 5. T
+    clock.start("localise");  // 3. theorem 1
+    both([&] { a_in_2 = localise(a.xy, tree1, t2, b.xy, context); },
+         [&] { b_in_1 = localise(b.xy, tree2, t1, a.xy, context); });
+  } else if (options.locate == LocateMethod::order) {
+    clock.start("localise");  // 3. along the curve instead: no tree
+    both([&] { a_in_2 = localise_in_order(a.xy, t2, b.xy, context); },
+         [&] { b_in_1 = localise_in_order(b.xy, t1, a.xy, context); });
+  } else {
+    clock.start("merge");  // 5. first: T needs no locations when it is made from scratch
+    common = stages::triangulate_common(a, b, c.frame, context);
+
+    clock.start("localise");  // 3. theorem 3: no tree
+    MutualLocations found = localise_by_interface(common.nodes, common.t, t1, a.xy, t2, b.xy, context);
+    a_in_2 = std::move(found.of_1_in_2), b_in_1 = std::move(found.of_2_in_1);
+  }
+
+  // 4. interpolation, as a part of "localise"
+  Array<double> f2_at_a, f1_at_b;
+  both([&] { f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context); },
+       [&] { f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context); });
+
+  clock.start("merge");
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
-  t1 = {}, t2 = {}, tree1 = {}, tree2 = {};
+  t1 = {}, t2 = {};
   for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
-  c.cells = stages::make_cells(std::move(a), std::move(b), a_in_2, b_in_1, f2_at_a, f1_at_b, c, context);
+  if (options.locate != LocateMethod::interface)  // 5. T
+    common = stages::triangulate_common(a, b, c.frame, context);
+  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, f2_at_a, f1_at_b, c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();

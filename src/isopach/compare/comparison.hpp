@@ -51,7 +51,6 @@ struct Comparison {
   Measures measures;
   double rho_dv = -1;                               ///< negative: not computed
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
-  std::string locate_method = "tree";
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;
   double sliver_area = 0,
          sliver_volume = 0;  ///< of long thin triangles along the hull, shares of domain and of absolute volume

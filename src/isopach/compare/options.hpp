@@ -10,7 +10,7 @@ namespace isopach {
 enum class Surface { common };  ///< which cells the integral runs over
 enum class DomainKind { overlap, hull };
 enum class BorderRule { hull };
-enum class LocateMethod { tree };
+enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp
 
 struct CompareOptions {
   ProjectOptions project;  ///< direction, duplicates, classes, crop

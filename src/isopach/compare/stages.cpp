@@ -8,7 +8,6 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/overlay/common.hpp"
 #include "isopach/overlay/hulls.hpp"
 
 namespace isopach::stages {
@@ -227,14 +226,19 @@ PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& fram
   return f;
 }
 
-Cells make_cells(HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
-                 const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c, const Context& context) {
+Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame, const Context& context) {
+  Common common;
+  common.nodes = unite(a.xy, b.xy, frame.curve);
+  common.t = triangulate(common.nodes.xy, frame.curve, context);
+  return common;
+}
+
+Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
+                 const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c) {
   Cells cells;
-  UnitedNodes g = unite(a.xy, b.xy, c.frame.curve);
+  UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
-  for (HeightField* f : {&a, &b}) Array<Point2>().swap(f->xy);  // little is held while T is made: heights come after it
-  cells.triangulation = triangulate(g.xy, c.frame.curve, context);
-  cells.xy = std::move(g.xy);
+  for (HeightField* f : {&a, &b}) Array<Point2>().swap(f->xy);  // 16 bytes a node less beside T and its heights
   cells.z1.resize(n);
   cells.z2.resize(n);
   Array<unsigned char> known_in_both(n);
@@ -244,6 +248,8 @@ Cells make_cells(HeightField a, HeightField b, const Locations& a_in_2, const Lo
     cells.z2[i] = i2 != no_index ? b.z[i2] : f2_at_a[i1];
     known_in_both[i] = (i1 == no_index ? inside(b_in_1.kind[i2]) : i2 != no_index || inside(a_in_2.kind[i1])) ? 1 : 0;
   });
+  cells.triangulation = std::move(common.t);
+  cells.xy = std::move(g.xy);
   const Triangulation& t = cells.triangulation;
   c.common = t.real;
   cells.in_domain.resize(t.real);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 
 namespace isopach::stages {
@@ -39,11 +40,20 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
                                        const HeightField& field, const Locations& where, const Array<double>& other,
                                        int sign);
 
+/// The common triangulation and its nodes.
+struct Common {
+  UnitedNodes nodes;
+  Triangulation t;
+};
+/// From scratch: needs no locations.
+[[nodiscard]] Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame,
+                                        const Context& context);
+
 /// T with both heights at its nodes, and which of its triangles lie in the domain. Of the locations only the kinds are
-/// read. The fields are let go of as soon as they are used.
-[[nodiscard]] Cells make_cells(HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
-                               const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c,
-                               const Context& context);
+/// read, of the fields the heights.
+[[nodiscard]] Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2,
+                               const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
+                               Comparison& c);
 
 /// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, Comparison& c);

@@ -16,9 +16,10 @@ struct SpanningTree {
   Array<Index> parent;
 };
 
-/// Cost: O(n): the longest edge of every triangle is dropped (cycle rule), then Borůvka rounds with contraction.
+/// Cost: O(n): the longest edge of every triangle is dropped (cycle rule), then Borůvka rounds with contraction, within
+/// blocks of nodes side by side and then on what is left of them. The same bits for any number of threads.
 /// Degenerate: one node is a tree; none is an empty one. Lengths are compared as rounded squares, ties by node order;
-/// the weight is that of the minimum spanning tree up to that rounding. Oracle: Prim on the complete graph.
+/// the weight is that of the minimum spanning tree up to that rounding. Oracles: Prim on the complete graph, Kruskal.
 [[nodiscard]] SpanningTree spanning_tree(const Triangulation& t, std::span<const Point2> xy, const Context& context);
 
 }  // namespace isopach

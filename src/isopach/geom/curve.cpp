@@ -55,11 +55,10 @@ inline Cell cell_of(const CurveBox& box, const Point2& p) {
   return {clamp_cell((p.x - box.min.x) * box.scale), clamp_cell((p.y - box.min.y) * box.scale)};
 }
 
-template <int Levels>  // the first Levels (a multiple of 4) levels of the key
 inline std::uint64_t key_of(const Cell& c) {
   std::uint64_t key = 0;
   unsigned state = 0;
-  for (int shift = 28; shift >= 32 - Levels; shift -= 4) {
+  for (int shift = 28; shift >= 0; shift -= 4) {
     const unsigned input = ((c.x >> shift) & 15) << 4 | ((c.y >> shift) & 15);
     const Step step = steps[state][input];
     key = key << 8 | step.digits;
@@ -69,93 +68,127 @@ inline std::uint64_t key_of(const Cell& c) {
 }
 
 struct Item {
-  std::uint32_t key;  // upper half of the curve key
+  std::uint64_t key;
   Index id;
 };
 
-// Stable counting sort of items by `bits` bits of the key from `shift` up. Blocks only split the work.
-void radix_pass(const Array<Item>& from, Array<Item>& to, int shift, int bits) {
-  const std::size_t n = from.size();
-  const std::size_t buckets = std::size_t{1} << bits;
-  const auto mask = static_cast<std::uint32_t>(buckets - 1);
-  const std::size_t block = std::max<std::size_t>(n / 8 + 1, 1 << 16);
-  const std::size_t blocks = (n + block - 1) / block;
-  std::vector<std::size_t> start(blocks * buckets, 0);
-  for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
-    std::size_t* count = start.data() + begin / block * buckets;
-    for (std::size_t i = begin; i < end; ++i) ++count[(from[i].key >> shift) & mask];
-  });
-  std::size_t sum = 0;
-  for (std::size_t d = 0; d < buckets; ++d)
-    for (std::size_t b = 0; b < blocks; ++b) {
-      const std::size_t count = start[b * buckets + d];
-      start[b * buckets + d] = sum;
-      sum += count;
-    }
-  for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
-    std::size_t* place = start.data() + begin / block * buckets;
-    for (std::size_t i = begin; i < end; ++i) to[place[(from[i].key >> shift) & mask]++] = from[i];
-  });
-}
-
-// The order within runs that the radix passes left equal: full key, then lexicographic, then id.
+// The whole order: by key, equal keys lexicographically, equal points by id.
 struct FullOrder {
   std::span<const Point2> points;
-  const CurveBox& box;
   bool operator()(const Item& a, const Item& b) const {
     if (a.key != b.key) return a.key < b.key;
     const Point2 &p = points[a.id], &q = points[b.id];
-    const std::uint64_t k = curve_key(box, p), l = curve_key(box, q);
-    if (k != l) return k < l;
-    if (p == q) return a.id < b.id;
-    return lexicographic_less(p, q);
+    return p == q ? a.id < b.id : lexicographic_less(p, q);
   }
 };
 
-// A long run (a far outlier leaves the rest of the points in few cells) is sorted by keys made once.
-void sort_run(std::span<Item> run, const FullOrder& less) {
-  constexpr std::size_t long_run = 32;
-  if (run.size() <= long_run) {
-    std::sort(run.begin(), run.end(), less);
-    return;
+void insertion_sort(std::span<Item> items, const FullOrder& less) {
+  for (std::size_t i = 1; i < items.size(); ++i) {
+    const Item item = items[i];
+    std::size_t j = i;
+    for (; j > 0 && less(item, items[j - 1]); --j) items[j] = items[j - 1];
+    items[j] = item;
   }
-  struct Keyed {
-    std::uint64_t key;
-    Item item;
-  };
-  std::vector<Keyed> keyed(run.size());
-  for (std::size_t i = 0; i < run.size(); ++i) keyed[i] = {curve_key(less.box, less.points[run[i].id]), run[i]};
-  std::sort(keyed.begin(), keyed.end(),
-            [&](const Keyed& a, const Keyed& b) { return a.key != b.key ? a.key < b.key : less(a.item, b.item); });
-  for (std::size_t i = 0; i < run.size(); ++i) run[i] = keyed[i].item;
 }
 
-void sort_runs(Array<Item>& items, int unsorted_bits, const FullOrder& less) {
+// A digit of the key: the highest bits in which a range of items differ at all, so that a range that fills a small part
+// of the square (clusters, strips, a far outlier) is cut as finely as any other.
+struct Digit {
+  int shift, bits;
+  [[nodiscard]] std::size_t operator()(std::uint64_t key) const {
+    return static_cast<std::size_t>(key >> shift) & ((std::size_t{1} << bits) - 1);
+  }
+  [[nodiscard]] std::size_t values() const { return std::size_t{1} << bits; }
+  Digit(std::uint64_t differences, int most_bits) {
+    const int width = static_cast<int>(std::bit_width(differences));
+    bits = std::min(width, most_bits);
+    shift = width - bits;
+  }
+};
+
+// Sorts a range small enough for the nearer caches: a pass by a digit, the rest by insertion where few items share it.
+void sort_small(std::span<Item> items, std::vector<Item>& room, const FullOrder& less) {
+  constexpr std::size_t few = 12;
   const std::size_t n = items.size();
-  const auto same_run = [&](std::size_t i, std::size_t j) {
-    return (static_cast<std::uint64_t>(items[i].key) >> unsorted_bits) ==
-           (static_cast<std::uint64_t>(items[j].key) >> unsorted_bits);
-  };
-  // A run belongs to the block it starts in. Where that is, is settled before any run is sorted: two blocks never touch
-  // the same item.
-  constexpr std::size_t block = std::size_t{1} << 16;
-  std::vector<std::size_t> first((n + block - 1) / block + 1, n);
-  for_blocks(first.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b) {
-      std::size_t i = b * block;
-      const std::size_t stop = std::min(n, i + block);
-      while (i > 0 && i < stop && same_run(i, i - 1)) ++i;
-      first[b] = i;
+  if (n <= few) return insertion_sort(items, less);
+  std::uint64_t differences = 0;
+  for (const Item& item : items) differences |= item.key ^ items[0].key;
+  if (differences == 0) {
+    std::sort(items.begin(), items.end(), less);
+    return;
+  }
+  constexpr int most_bits = 10;
+  const Digit digit(differences, std::clamp(static_cast<int>(std::bit_width(n)), 4, most_bits));
+  std::array<std::uint32_t, (1U << most_bits) + 1> start{};
+  for (const Item& item : items) ++start[digit(item.key) + 1];
+  for (std::size_t d = 0; d < digit.values(); ++d) start[d + 1] += start[d];
+  room.assign(items.begin(), items.end());
+  std::uint32_t begin = 0;
+  for (const Item& item : room) items[start[digit(item.key)]++] = item;  // start[d] becomes the end of d
+  for (std::size_t d = 0; d < digit.values(); ++d) {
+    const std::uint32_t end = start[d];
+    if (end - begin > few) sort_small(items.subspan(begin, end - begin), room, less);
+    begin = end;
+  }
+  insertion_sort(items, less);
+}
+
+// Sorts a large range: a stable pass by a digit, block by block, then every bucket on its own. Blocks and buckets
+// depend on the items alone; they only split the work.
+void sort_large(std::span<Item> items, std::span<Item> room, const FullOrder& less);
+
+void sort_range(std::span<Item> items, std::span<Item> room, std::vector<Item>& small_room, const FullOrder& less) {
+  constexpr std::size_t large = std::size_t{1} << 14;
+  if (items.size() > large) return sort_large(items, room, less);
+  sort_small(items, small_room, less);
+}
+
+void sort_large(std::span<Item> items, std::span<Item> room, const FullOrder& less) {
+  const std::size_t n = items.size();
+  const std::size_t block = std::max<std::size_t>(n / 16 + 1, std::size_t{1} << 14);
+  const std::uint64_t differences = reduce_blocks<std::uint64_t>(
+      n, block,
+      [&](std::size_t begin, std::size_t end) {
+        std::uint64_t some = 0;
+        for (std::size_t i = begin; i < end; ++i) some |= items[i].key ^ items[0].key;
+        return some;
+      },
+      [](std::uint64_t& total, std::uint64_t some) { total |= some; });
+  if (differences == 0) {
+    std::sort(items.begin(), items.end(), less);
+    return;
+  }
+  const Digit digit(differences, std::clamp(static_cast<int>(std::bit_width(n)) - 9, 6, 11));
+  const std::size_t values = digit.values(), blocks = (n + block - 1) / block;
+  std::vector<std::size_t> place(blocks * values, 0);
+  for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
+    std::size_t* count = place.data() + begin / block * values;
+    for (std::size_t i = begin; i < end; ++i) {
+      ++count[digit(items[i].key)];
+      room[i] = items[i];
     }
   });
-  for (std::size_t b = first.size() - 1; b-- > 0;)
-    if (first[b] == std::min(n, (b + 1) * block)) first[b] = first[b + 1];  // no run starts here
-  for_blocks(first.size() - 1, 1, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t b = begin; b < end; ++b)
-      for (std::size_t i = first[b], j = i; i < first[b + 1]; i = j) {
-        for (j = i + 1; j < first[b + 1] && same_run(i, j);) ++j;
-        if (j - i > 1) sort_run({items.data() + i, j - i}, less);
-      }
+  std::vector<std::size_t> bucket(values + 1);
+  std::size_t sum = 0;
+  for (std::size_t d = 0; d < values; ++d) {
+    bucket[d] = sum;
+    for (std::size_t b = 0; b < blocks; ++b) {
+      const std::size_t count = place[b * values + d];
+      place[b * values + d] = sum;
+      sum += count;
+    }
+  }
+  bucket[values] = n;
+  for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
+    std::size_t* to = place.data() + begin / block * values;
+    for (std::size_t i = begin; i < end; ++i) items[to[digit(room[i].key)]++] = room[i];
+  });
+  for_blocks(values, 16, [&](std::size_t begin, std::size_t end) {
+    std::vector<Item> small_room;
+    for (std::size_t d = begin; d < end; ++d) {
+      const std::size_t first = bucket[d], size = bucket[d + 1] - first;
+      if (size > 1) sort_range(items.subspan(first, size), room.subspan(first, size), small_room, less);
+    }
   });
 }
 
@@ -169,25 +202,26 @@ CurveBox curve_box(const Box2& box) {
   return {box.min, std::ldexp(1.0, 32 - exponent)};
 }
 
-std::uint64_t curve_key(const CurveBox& box, const Point2& p) { return key_of<32>(cell_of(box, p)); }
+std::uint64_t curve_key(const CurveBox& box, const Point2& p) { return key_of(cell_of(box, p)); }
 
-Array<Index> curve_order(std::span<const Point2> points, const CurveBox& box, Array<std::uint64_t>* keys) {
+Array<Index> curve_order(std::span<const Point2> points, const CurveBox& box, Array<std::uint64_t>* keys,
+                         Array<Point2>* sorted) {
   const std::size_t n = points.size();
-  Array<Item> items(n), buffer(n);
-  for_each_index(n, [&](std::size_t i) {
-    items[i] = {static_cast<std::uint32_t>(key_of<16>(cell_of(box, points[i]))), static_cast<Index>(i)};
-  });
-  // Two passes over the most significant bits leave runs of about one point; the runs are then sorted on their own.
-  const int pass = std::clamp((static_cast<int>(std::bit_width(n)) + 3) / 2, 4, 13);
-  radix_pass(items, buffer, 32 - 2 * pass, pass);
-  radix_pass(buffer, items, 32 - pass, pass);
-  sort_runs(items, 32 - 2 * pass, FullOrder{points, box});
+  Array<Item> items(n), room(n);
+  for_each_index(n, [&](std::size_t i) { items[i] = {key_of(cell_of(box, points[i])), static_cast<Index>(i)}; });
+  std::vector<Item> small_room;
+  sort_range(items, room, small_room, FullOrder{points});
+  Array<Item>().swap(room);
   Array<Index> order(n);
-  for_each_index(n, [&](std::size_t i) { order[i] = items[i].id; });
-  if (keys != nullptr) {
-    keys->resize(n);
-    for_each_index(n, [&](std::size_t i) { (*keys)[i] = curve_key(box, points[order[i]]); });
-  }
+  if (keys != nullptr) keys->resize(n);
+  if (sorted != nullptr) sorted->resize(n);
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i) order[i] = items[i].id;
+    if (keys != nullptr)
+      for (std::size_t i = begin; i < end; ++i) (*keys)[i] = items[i].key;
+    if (sorted != nullptr)
+      for (std::size_t i = begin; i < end; ++i) (*sorted)[i] = points[items[i].id];
+  });
   return order;
 }
 

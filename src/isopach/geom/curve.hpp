@@ -26,9 +26,10 @@ struct CurveBox {
 [[nodiscard]] std::uint64_t curve_key(const CurveBox& box, const Point2& p);
 
 /// Ids of the points in curve order: by key, equal keys lexicographically, equal points by id. A function of the point
-/// set up to the ids of equal points. Cost: O(n), a radix sort. `keys`, if given, receives the keys in that order.
-/// Oracle: tests/geom/curve_test.cpp (std::sort by the same relation).
+/// set up to the ids of equal points. Cost: a radix sort from the highest bits that differ; O(n) for all but
+/// adversarial input, O(n log n) at worst. `keys` and `sorted`, if given, receive the keys and the points in that
+/// order. Oracle: tests/geom/curve_test.cpp (std::sort by the same relation).
 [[nodiscard]] Array<Index> curve_order(std::span<const Point2> points, const CurveBox& box,
-                                       Array<std::uint64_t>* keys = nullptr);
+                                       Array<std::uint64_t>* keys = nullptr, Array<Point2>* sorted = nullptr);
 
 }  // namespace isopach

@@ -1,11 +1,12 @@
 // Exact predicates: every topological decision of the library is one of these. A floating-point filter decides almost
 // always; what it cannot decide is decided by integers, never by a tolerance.
 //
-// Filter bounds: J. R. Shewchuk 1997, (3+16ε)ε and (10+96ε)ε with ε = 2⁻⁵³, plus an absolute term that sends results
-// that may have underflowed to the exact stage. Exact stage (predicates.cpp): coordinates as integers over their common
-// power of two; 128- and 256-bit arithmetic where they span at most 61 bits, arbitrary width otherwise. No
-// floating-point operation takes part in it, so no compiler contraction can spoil it; the filter's file is compiled
-// with contraction off, and its bound holds with and without.
+// Filter bounds: J. R. Shewchuk 1997, (3+16ε)ε and (10+96ε)ε with ε = 2⁻⁵³, plus a term that sends results that may
+// have underflowed to the exact stage; an underflow of 2⁻¹⁰⁷⁵ is scaled up by what it is multiplied with, at most the
+// sum of the lifts. Exact stage (predicates.cpp): coordinates as integers over their common power of two; 128- and
+// 256-bit arithmetic where they span at most 61 bits, arbitrary width otherwise. No floating-point operation takes part
+// in it, so no compiler contraction to fused multiply-adds can spoil it; the filters' bounds hold with contraction and
+// without (both are tested: contraction_test.cpp), whatever flags a user has.
 //
 // Legal input: finite doubles. Oracle: tests/geom/predicates_test.cpp (exact rational arithmetic).
 #pragma once
@@ -58,7 +59,7 @@ inline constexpr double underflow_guard = 1e-280;
   const double det = al * (bc - cb) + bl * (ca - ac) + cl * (ab - ba);
   const double permanent = (std::fabs(bc) + std::fabs(cb)) * al + (std::fabs(ca) + std::fabs(ac)) * bl +
                            (std::fabs(ab) + std::fabs(ba)) * cl;
-  const double bound = in_circle_filter * permanent + underflow_guard;
+  const double bound = in_circle_filter * permanent + underflow_guard * (1 + al + bl + cl);
   if (det > bound) return 1;
   if (det < -bound) return -1;
   return 2;

@@ -178,7 +178,17 @@ const char* to_text(DuplicatePolicy policy) {
 const char* to_text(Surface) { return "common"; }
 const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
 const char* to_text(BorderRule) { return "hull"; }
-const char* to_text(LocateMethod) { return "tree"; }
+const char* to_text(LocateMethod method) {
+  switch (method) {
+    case LocateMethod::tree:
+      return "tree";
+    case LocateMethod::interface:
+      return "interface";
+    case LocateMethod::order:
+      return "order";
+  }
+  return "";
+}
 const char* to_text(Direction::Kind kind) {
   switch (kind) {
     case Direction::Kind::axis_x:
