@@ -24,7 +24,8 @@ constexpr const char* footer =
     "Examples:\n"
     "  isopach distance before.ply after.ply                      all but surface and m3c2, on stdout\n"
     "  isopach distance part.stl scan.ply --measure hausdorff --tolerance 0.001 --unit mm\n"
-    "  isopach distance before.laz after.laz --measure m3c2 --normal-scale 2 --projection-scale 1 --max-depth 5 -o out\n"
+    "  isopach distance before.laz after.laz --measure m3c2 --normal-scale 2 --projection-scale 1 --max-depth 5 -o "
+    "out\n"
     "  isopach distance a.ply b.ply --measure c2c,c2s -o out --format csv";
 
 struct Request {
@@ -36,9 +37,10 @@ struct Request {
 
 DistanceMeasures parse_measures(const std::string& text) {
   DistanceMeasures m;
-  const std::vector<std::pair<std::string, bool*>> names{
-      {"c2c", &m.c2c},         {"c2s", &m.c2s},         {"normal", &m.normal}, {"vertical", &m.vertical},
-      {"surface", &m.surface}, {"hausdorff", &m.hausdorff}, {"m3c2", &m.m3c2}};
+  const std::vector<std::pair<std::string, bool*>> names{{"c2c", &m.c2c},         {"c2s", &m.c2s},
+                                                         {"normal", &m.normal},   {"vertical", &m.vertical},
+                                                         {"surface", &m.surface}, {"hausdorff", &m.hausdorff},
+                                                         {"m3c2", &m.m3c2}};
   std::istringstream words(text);
   bool any = false;
   for (std::string word; std::getline(words, word, ',');) {
@@ -46,8 +48,8 @@ DistanceMeasures parse_measures(const std::string& text) {
     for (const auto& [name, flag] : names)
       if (name == word) known = any = *flag = true;
     if (!known)
-      throw UsageError(fmt::format("--measure: '{}' is not one of c2c, c2s, normal, vertical, surface, hausdorff, m3c2",
-                                   word));
+      throw UsageError(
+          fmt::format("--measure: '{}' is not one of c2c, c2s, normal, vertical, surface, hausdorff, m3c2", word));
   }
   if (!any) throw UsageError("--measure: name at least one, e.g. c2c,c2s");
   return m;
@@ -133,7 +135,8 @@ void add_measure_options(Command& command, Request& request) {
 void check_use(const Request& request) {
   const DistanceMeasures& m = request.options.measures;
   const auto needs = [](bool given, const char* option, bool measured, const char* measure) {
-    if (given && !measured) throw UsageError(fmt::format("{}: is an option of {}: add that to --measure", option, measure));
+    if (given && !measured)
+      throw UsageError(fmt::format("{}: is an option of {}: add that to --measure", option, measure));
   };
   const M3c2Options& o = request.options.m3c2;
   needs(request.options.tolerance > 0, "--tolerance", m.hausdorff, "hausdorff");
@@ -173,8 +176,7 @@ void write_scan(const Cloud& cloud, const std::vector<Attribute>& fields, const 
                 const Request& request, OutputFolder& folder, const Context& context) {
   if (fields.empty()) return;
   const bool copies = is_las(cloud);
-  if (copies)
-    write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), fields, context);
+  if (copies) write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), fields, context);
   if (!copies || request.format != "las")
     write_distance_points(folder.path(name + "." + request.format), cloud, fields, context);
 }

@@ -30,9 +30,8 @@ const Array<double>& field(const std::vector<Attribute>& fields, const std::stri
 }
 
 Cloud waves(std::size_t n, std::uint64_t seed, double lift) {
-  return test::cloud_over(test::framed_square(n, seed), [&](const Point2& p) {
-    return 0.1 * std::sin(9 * p.x) * std::cos(7 * p.y) + lift;
-  });
+  return test::cloud_over(test::framed_square(n, seed),
+                          [&](const Point2& p) { return 0.1 * std::sin(9 * p.x) * std::cos(7 * p.y) + lift; });
 }
 
 template <class F>

@@ -38,7 +38,8 @@ Sampled sampled(const Mesh& a, const Mesh& b, int k) {
     const auto c = a.corners(f);
     for (int i = 0; i <= k; ++i)
       for (int j = 0; i + j <= k; ++j) {
-        const Point3 p = c[0] + (static_cast<double>(i) / k) * (c[1] - c[0]) + (static_cast<double>(j) / k) * (c[2] - c[0]);
+        const Point3 p =
+            c[0] + (static_cast<double>(i) / k) * (c[1] - c[0]) + (static_cast<double>(j) / k) * (c[2] - c[0]);
         s.largest = std::max(s.largest, std::sqrt(tree.closest(p).at.distance2));
       }
     for (int e = 0; e < 3; ++e) s.gap = std::max(s.gap, length(c[(e + 1) % 3] - c[e]) / k);
@@ -61,7 +62,8 @@ std::vector<Pair> pairs() {
                    mesh_over(test::uniform(2 * n, seed + 50), rough(0.3, seed + 9))});
     all.push_back({"wave", mesh_over(test::uniform(n, seed), wave), mesh_over(test::uniform(3 * n, seed + 50), wave)});
   }
-  all.push_back({"same nodes", mesh_over(test::uniform(80, 1), rough(0.1, 1)), mesh_over(test::uniform(80, 1), rough(0.1, 2))});
+  all.push_back(
+      {"same nodes", mesh_over(test::uniform(80, 1), rough(0.1, 1)), mesh_over(test::uniform(80, 1), rough(0.1, 2))});
   all.push_back({"grids", mesh_over(test::grid(64, 1), rough(1, 1)), mesh_over(test::grid(64, 1), rough(1, 2))});
   all.push_back({"beside", mesh_over(test::uniform(50, 1), flat), mesh_over(test::huge(20, 3), flat)});
   all.push_back({"clusters", mesh_over(test::clustered(60, 1), rough(0.1, 3)), mesh_over(test::uniform(60, 3), flat)});
@@ -157,8 +159,7 @@ TEST(Hausdorff, AMissingPieceIsSeenFromOneSide) {
 TEST(Hausdorff, SameBitsForAnyThreads) {
   const Mesh a = mesh_over(test::uniform(3000, 1), rough(0.1, 2)), b = mesh_over(test::uniform(2000, 3), rough(0.1, 4));
   std::vector<HausdorffBound> all;
-  for (const int threads : {1, 2, 5})
-    run_with_threads(threads, [&] { all.push_back(bound(a, b, 1e-8)); });
+  for (const int threads : {1, 2, 5}) run_with_threads(threads, [&] { all.push_back(bound(a, b, 1e-8)); });
   for (const HausdorffBound& h : all) {
     EXPECT_EQ(h.lower, all[0].lower);
     EXPECT_EQ(h.upper, all[0].upper);

@@ -150,7 +150,8 @@ class Table {
     while (std::getline(file, line)) {
       std::istringstream cells(line);
       rows_.emplace_back();
-      for (std::string cell; std::getline(cells, cell, ',');) rows_.back().push_back(std::strtod(cell.c_str(), nullptr));
+      for (std::string cell; std::getline(cells, cell, ',');)
+        rows_.back().push_back(std::strtod(cell.c_str(), nullptr));
     }
   }
   [[nodiscard]] std::size_t rows() const { return rows_.size(); }

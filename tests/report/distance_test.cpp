@@ -18,7 +18,8 @@ using Json = nlohmann::ordered_json;
 
 Distances sample(const DistanceMeasures& measures) {
   const auto level = [](double z) { return [z](const Point2& p) { return z + 0.1 * p.x; }; };
-  Cloud a = test::cloud_over(test::framed_square(300, 1), level(0)), b = test::cloud_over(test::framed_square(300, 2), level(0.5));
+  Cloud a = test::cloud_over(test::framed_square(300, 1), level(0)),
+        b = test::cloud_over(test::framed_square(300, 2), level(0.5));
   a.unit = b.unit = "mm";
   a.path = "before.ply", b.path = "after.ply";
   DistanceOptions o;
@@ -33,8 +34,8 @@ Json schema() {
 }
 
 TEST(DistanceReport, JsonIsThatOfTheSchema) {
-  for (const DistanceMeasures& m : {DistanceMeasures{true, true, true, true, true, true, true},
-                                    DistanceMeasures{true}, DistanceMeasures{false, false, false, false, false, false, true}}) {
+  for (const DistanceMeasures& m : {DistanceMeasures{true, true, true, true, true, true, true}, DistanceMeasures{true},
+                                    DistanceMeasures{false, false, false, false, false, false, true}}) {
     const Json json = Json::parse(distance_json(sample(m), {"result.json"}));
     for (const std::string& violation : test::SchemaCheck::violations(schema(), json)) ADD_FAILURE() << violation;
     EXPECT_EQ(json["c2s"].is_null(), !m.c2s);
@@ -60,8 +61,8 @@ TEST(DistanceReport, TextHasUnitsAndWarnings) {
   Distances d = sample({true, true, true, true, true, true, true});
   d.warnings = {"look out"};
   const std::string text = distance_text(d);
-  for (const char* part : {"before.ply", "c2c", "c2s", "normal", "vertical", "surface", "Hausdorff", "m3c2", " mm",
-                           "warning: look out"})
+  for (const char* part :
+       {"before.ply", "c2c", "c2s", "normal", "vertical", "surface", "Hausdorff", "m3c2", " mm", "warning: look out"})
     EXPECT_NE(text.find(part), std::string::npos) << part;
   EXPECT_EQ(distance_text(sample({true})).find("Hausdorff"), std::string::npos);
 }

@@ -178,12 +178,13 @@ void check_units(const Cloud& a, const Cloud& b, Distances& d) {
     if (!options.unit.empty() || cloud->unit == "unknown" || cloud->vertical_unit == "unknown" ||
         cloud->unit == cloud->vertical_unit)
       continue;
-    const std::string what = fmt::format("{}: x and y are in {} but heights in {}",
-                                         cloud->path.empty() ? std::string("a scan") : cloud->path, cloud->unit,
-                                         cloud->vertical_unit);
+    const std::string what =
+        fmt::format("{}: x and y are in {} but heights in {}",
+                    cloud->path.empty() ? std::string("a scan") : cloud->path, cloud->unit, cloud->vertical_unit);
     if (!options.allow_crs)
-      throw InputError(what + ", so distances in space would mean nothing: convert it, or say --unit or --allow-crs to "
-                              "take the numbers as they are");
+      throw InputError(what +
+                       ", so distances in space would mean nothing: convert it, or say --unit or --allow-crs to "
+                       "take the numbers as they are");
     units.options.unit = "unknown";
     d.warnings.push_back(what + ": distances mix the two as if they were one");
   }
@@ -289,11 +290,13 @@ class Page {
     // B − A: over A's points the other way round.
     if (m.c2s) both_ways("c2s", d_.c2s, closest(*b_.tree), closest(*a_.tree));
     if (m.normal)
-      both_ways("normal", d_.normal, [&](const Point3& p) { return -normal_distance(p, *b_.tree); },
-                [&](const Point3& p) { return normal_distance(p, *a_.tree); });
+      both_ways(
+          "normal", d_.normal, [&](const Point3& p) { return -normal_distance(p, *b_.tree); },
+          [&](const Point3& p) { return normal_distance(p, *a_.tree); });
     if (m.vertical)
-      both_ways("vertical", d_.vertical, [&](const Point3& p) { return -vertical_distance(p, *b_.tree); },
-                [&](const Point3& p) { return vertical_distance(p, *a_.tree); });
+      both_ways(
+          "vertical", d_.vertical, [&](const Point3& p) { return -vertical_distance(p, *b_.tree); },
+          [&](const Point3& p) { return vertical_distance(p, *a_.tree); });
   }
 
   void measure_surfaces() {
@@ -304,11 +307,11 @@ class Page {
     }
     if (!o.measures.hausdorff) return;
     clock_.start("hausdorff");
-    if (o.tolerance == 0)
-      o.tolerance = std::max(1e-6 * diagonal(a_, b_), 4 * distance_rounding(a_.mesh, b_.mesh));
+    if (o.tolerance == 0) o.tolerance = std::max(1e-6 * diagonal(a_, b_), 4 * distance_rounding(a_.mesh, b_.mesh));
     d_.hausdorff = {directed_hausdorff(a_.mesh, *b_.tree, o.tolerance, context_),
                     directed_hausdorff(b_.mesh, *a_.tree, o.tolerance, context_)};
-    for (HausdorffBound* bound : {&d_.hausdorff->a_to_b, &d_.hausdorff->b_to_a}) bound->at = d_.frame.to_input(bound->at);
+    for (HausdorffBound* bound : {&d_.hausdorff->a_to_b, &d_.hausdorff->b_to_a})
+      bound->at = d_.frame.to_input(bound->at);
   }
 
   const Cloud &cloud_a_, &cloud_b_;

@@ -11,7 +11,8 @@
 namespace isopach {
 namespace {
 
-constexpr std::size_t batch = 2048;  ///< pieces cut in one round: a constant, so that rounds are the same for any threads
+constexpr std::size_t batch =
+    2048;  ///< pieces cut in one round: a constant, so that rounds are the same for any threads
 constexpr std::size_t piece_block = 64;
 
 struct Corner {
@@ -140,7 +141,8 @@ class Search {
       const double l = squared_length(piece.corners[(k + 1) % 3].p - piece.corners[k].p);
       if (l > best) best = l, longest = k;
     }
-    const Corner &a = piece.corners[longest], &b = piece.corners[(longest + 1) % 3], &c = piece.corners[(longest + 2) % 3];
+    const Corner &a = piece.corners[longest], &b = piece.corners[(longest + 1) % 3],
+                 &c = piece.corners[(longest + 2) % 3];
     const Corner middle = corner(0.5 * (a.p + b.p));
     children.pieces[0].corners = {a, middle, c};
     children.pieces[1].corners = {middle, b, c};
@@ -186,7 +188,9 @@ class Frontier {
   /// The upper bound once nothing is open.
   [[nodiscard]] double upper() const { return std::max(settled_, bound_.lower); }
   /// The same while pieces are open.
-  [[nodiscard]] double upper_now() const { return pieces_.empty() ? upper() : std::max(upper(), pieces_.front().upper); }
+  [[nodiscard]] double upper_now() const {
+    return pieces_.empty() ? upper() : std::max(upper(), pieces_.front().upper);
+  }
 
  private:
   static bool less(const Piece& a, const Piece& b) { return a.upper < b.upper; }
@@ -205,8 +209,7 @@ Array<Corner> corners_of(const Mesh& mesh, const Search& search) {
     for (const Index corner : face) used[corner] = 1;
   Array<Corner> corners(mesh.points.size());
   for_blocks(corners.size(), piece_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i)
-      corners[i] = used[i] != 0 ? search.corner(mesh.points[i]) : Corner{};
+    for (std::size_t i = begin; i < end; ++i) corners[i] = used[i] != 0 ? search.corner(mesh.points[i]) : Corner{};
   });
   return corners;
 }
@@ -259,11 +262,11 @@ HausdorffBound directed_hausdorff(const Mesh& from, const SurfaceTree& to, doubl
   for (std::vector<Piece> taken = frontier.take(); !taken.empty(); taken = frontier.take()) {
     context.check();
     if (bound.pieces > most_pieces)
-      throw Error(ExitCode::not_converged,
-                  fmt::format("--tolerance: {:.3g} was not reached with {} pieces: the distance is between {:.6g} and "
-                              "{:.6g}; ask for a larger tolerance",
-                              tolerance, bound.pieces, bound.lower,
-                              std::max(frontier.upper_now(), taken.front().upper)));
+      throw Error(
+          ExitCode::not_converged,
+          fmt::format("--tolerance: {:.3g} was not reached with {} pieces: the distance is between {:.6g} and "
+                      "{:.6g}; ask for a larger tolerance",
+                      tolerance, bound.pieces, bound.lower, std::max(frontier.upper_now(), taken.front().upper)));
     cut.assign(taken.size(), Children{});
     const double lower = bound.lower;
     for_blocks(taken.size(), piece_block, [&](std::size_t begin, std::size_t end) {

@@ -118,9 +118,8 @@ void measure_core(Sampler& first, Sampler& second, const Point3& core, const M3c
   if (s1.n == 0 || s2.n == 0) return;
   field.distance[i] = s2.mean - s1.mean;
   if (s1.n < m3c2_least || s2.n < m3c2_least) return;
-  field.lod[i] =
-      two_sided_95 * (std::sqrt(s1.sigma * s1.sigma / field.n1[i] + s2.sigma * s2.sigma / field.n2[i]) +
-                      o.registration_error);
+  field.lod[i] = two_sided_95 * (std::sqrt(s1.sigma * s1.sigma / field.n1[i] + s2.sigma * s2.sigma / field.n2[i]) +
+                                 o.registration_error);
   field.significant[i] = std::fabs(field.distance[i]) > field.lod[i] ? 1 : 0;
 }
 
@@ -132,8 +131,8 @@ M3c2Field m3c2(std::span<const Point3> first, std::span<const Point3> second, st
   std::unique_ptr<PointTree> tree1, tree2;
   both([&] { tree1 = std::make_unique<PointTree>(first); }, [&] { tree2 = std::make_unique<PointTree>(second); });
   M3c2Field field;
-  for (Array<double>* values : {&field.distance, &field.lod, &field.significant, &field.sigma1, &field.sigma2,
-                                &field.n1, &field.n2})
+  for (Array<double>* values :
+       {&field.distance, &field.lod, &field.significant, &field.sigma1, &field.sigma2, &field.n1, &field.n2})
     values->resize(cores.size());
   field.normal.resize(cores.size());
   for_blocks(cores.size(), core_block, [&](std::size_t begin, std::size_t end) {

@@ -25,9 +25,8 @@ Mesh mesh_of_faces(const Cloud& cloud, const Pose& pose, const Frame& frame, con
   Mesh mesh;
   mesh.own_faces = true;
   mesh.points.resize(cloud.points.size());
-  for_each_index(cloud.points.size(), [&](std::size_t i) {
-    mesh.points[i] = frame.to_field(pose.apply(cloud.points[i]));
-  });
+  for_each_index(cloud.points.size(),
+                 [&](std::size_t i) { mesh.points[i] = frame.to_field(pose.apply(cloud.points[i])); });
   for (const auto& face : cloud.faces) {
     bool kept = true;
     for (const Index corner : face) kept = kept && field.node_of_point[corner] != no_index;

@@ -29,7 +29,8 @@ struct ScanPoints {
   Array<Point3> points;
   Array<Index> ids;  ///< points[i] is point ids[i] of the cloud
 };
-[[nodiscard]] ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field);
+[[nodiscard]] ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
+                                     const HeightField& field);
 
 /// The surface of a scan. Faces with a corner that `field` dropped are left out. Errors: InputError, naming the file,
 /// where no face is left, where points all lie on one line along the direction, or where faces are asked for and the

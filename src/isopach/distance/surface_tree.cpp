@@ -53,7 +53,8 @@ double line_to_box(const Point3& p, const Point3& d, const Box3& box) {
   constexpr double never = std::numeric_limits<double>::infinity();
   double low = -never, high = never;
   for (int axis = 0; axis < 3; ++axis) {
-    const double from = component(box.min, axis) - component(p, axis), to = component(box.max, axis) - component(p, axis);
+    const double from = component(box.min, axis) - component(p, axis),
+                 to = component(box.max, axis) - component(p, axis);
     const double s = component(d, axis);
     if (s == 0) {
       if (from > 0 || to < 0) return never;
@@ -217,7 +218,8 @@ Closest SurfaceTree::closest(const Point3& p) const {
       }
     }
   } search{*this, p, {}};
-  visit(boxes_, levels_, [&](const Box3& box) { return distance2_to_box(p, box); }, search);
+  visit(
+      boxes_, levels_, [&](const Box3& box) { return distance2_to_box(p, box); }, search);
   return search.best;
 }
 
@@ -239,7 +241,8 @@ Crossing SurfaceTree::cross(const Point3& p, const Point3& direction) const {
       }
     }
   } search{*this, UprightLine(p, direction), {}};
-  visit(boxes_, levels_, [&](const Box3& box) { return line_to_box(p, direction, box); }, search);
+  visit(
+      boxes_, levels_, [&](const Box3& box) { return line_to_box(p, direction, box); }, search);
   return search.best;
 }
 

@@ -185,7 +185,8 @@ std::string distance_json(const Distances& d, const std::vector<std::string>& ou
   const auto signed_figures = [](const Figures& f) { return figures_json(f, true); };
   Json rows = Json::array();
   const auto& m = d.options.pose.m;
-  for (std::size_t i = 0; i < 16; i += 4) rows.push_back(Json::array({real(m[i]), real(m[i + 1]), real(m[i + 2]), real(m[i + 3])}));
+  for (std::size_t i = 0; i < 16; i += 4)
+    rows.push_back(Json::array({real(m[i]), real(m[i + 1]), real(m[i + 2]), real(m[i + 3])}));
   Json timing = Json::object();
   for (const auto& [stage, seconds] : d.timing.stages) timing[stage] = real(seconds);
   timing["total"] = real(d.timing.total);
@@ -241,8 +242,12 @@ void write_core_points(const std::string& path, const Distances& d, const Contex
   Cloud out;
   out.points = d.m3c2->cores;
   out.unit = d.unit;
-  out.attributes = {{"distance", f.distance}, {"lod", f.lod},       {"significant", f.significant},
-                    {"sigma1", f.sigma1},     {"sigma2", f.sigma2}, {"n1", f.n1},
+  out.attributes = {{"distance", f.distance},
+                    {"lod", f.lod},
+                    {"significant", f.significant},
+                    {"sigma1", f.sigma1},
+                    {"sigma2", f.sigma2},
+                    {"n1", f.n1},
                     {"n2", f.n2}};
   const auto axis = [&](const char* name, double Point3::*component) {
     Attribute a{name, Array<double>(f.normal.size())};
