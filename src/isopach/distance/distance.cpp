@@ -118,15 +118,12 @@ SurfaceFigures over_surface(const Mesh& mesh, const SurfaceTree& other, std::siz
       mesh.faces.size(), query_block,
       [&](std::size_t begin, std::size_t end) {
         Part part;
-        Index last = no_index;
         for (std::size_t i = begin; i < end; ++i) {
           const auto c = mesh.corners(i);
           const double face = face_area(c), k = std::max(1.0, std::ceil(std::sqrt(face * density)));
           const Point3 u = (1 / k) * (c[1] - c[0]), v = (1 / k) * (c[2] - c[0]);
           const auto sample = [&](double s, double t) {
-            const Closest closest = other.closest(c[0] + s * u + t * v, last);
-            const double d2 = closest.at.distance2;
-            last = closest.face;
+            const double d2 = other.closest(c[0] + s * u + t * v).at.distance2;
             part.mean.add(face / (k * k) * std::sqrt(d2)), part.squares.add(face / (k * k) * d2);
             part.max = std::max(part.max, d2);
             ++part.samples;

@@ -52,8 +52,8 @@ class Search {
  public:
   Search(const SurfaceTree& to, double margin, double rounding) : to_(to), margin_(margin), rounding_(rounding) {}
 
-  [[nodiscard]] Corner corner(const Point3& p, Index hint) const {
-    const Closest c = to_.closest(p, hint);
+  [[nodiscard]] Corner corner(const Point3& p) const {
+    const Closest c = to_.closest(p);
     return {p, std::sqrt(c.at.distance2), c.face};
   }
 
@@ -66,7 +66,7 @@ class Search {
     for (const Index face : {parent, c[0].face, c[1].face, c[2].face}) try_face(piece, face);
     Corner seen = *std::max_element(c.begin(), c.end(), nearer);
     if (piece.upper > std::max(lower, seen.distance) + margin_) {
-      const Corner middle = corner((1.0 / 3) * (c[0].p + c[1].p + c[2].p), piece.best);
+      const Corner middle = corner((1.0 / 3) * (c[0].p + c[1].p + c[2].p));
       try_face(piece, middle.face);
       if (nearer(seen, middle)) seen = middle;
     }
@@ -126,8 +126,8 @@ class Search {
       if ((h[k] > 0) != (h[(k + 1) % 3] > 0) && (h[k] > 0) != (h[(k + 2) % 3] > 0)) lone = k;
     const std::size_t next = (lone + 1) % 3, last = (lone + 2) % 3;
     const Corner &a = piece.corners[lone], &b = piece.corners[next], &c = piece.corners[last];
-    const Corner ab = corner(a.p + (h[lone] / (h[lone] - h[next])) * (b.p - a.p), a.face);
-    const Corner ac = corner(a.p + (h[lone] / (h[lone] - h[last])) * (c.p - a.p), a.face);
+    const Corner ab = corner(a.p + (h[lone] / (h[lone] - h[next])) * (b.p - a.p));
+    const Corner ac = corner(a.p + (h[lone] / (h[lone] - h[last])) * (c.p - a.p));
     children.pieces[0].corners = {a, ab, ac};
     children.pieces[1].corners = {ab, b, c};
     children.pieces[2].corners = {ab, c, ac};
@@ -143,7 +143,7 @@ class Search {
     }
     const Corner &a = piece.corners[longest], &b = piece.corners[(longest + 1) % 3],
                  &c = piece.corners[(longest + 2) % 3];
-    const Corner middle = corner(0.5 * (a.p + b.p), a.face);
+    const Corner middle = corner(0.5 * (a.p + b.p));
     children.pieces[0].corners = {a, middle, c};
     children.pieces[1].corners = {middle, b, c};
     children.count = 2;
@@ -209,11 +209,7 @@ Array<Corner> corners_of(const Mesh& mesh, const Search& search) {
     for (const Index corner : face) used[corner] = 1;
   Array<Corner> corners(mesh.points.size());
   for_blocks(corners.size(), piece_block, [&](std::size_t begin, std::size_t end) {
-    Index last = no_index;
-    for (std::size_t i = begin; i < end; ++i) {
-      corners[i] = used[i] != 0 ? search.corner(mesh.points[i], last) : Corner{};
-      if (used[i] != 0) last = corners[i].face;
-    }
+    for (std::size_t i = begin; i < end; ++i) corners[i] = used[i] != 0 ? search.corner(mesh.points[i]) : Corner{};
   });
   return corners;
 }

@@ -203,7 +203,7 @@ Box3 SurfaceTree::build(std::size_t node, int level, const Array<Point3>& centre
   return boxes_[node] = left;
 }
 
-Closest SurfaceTree::closest(const Point3& p, Index hint) const {
+Closest SurfaceTree::closest(const Point3& p) const {
   struct Search {
     const SurfaceTree& tree;
     const Point3& p;
@@ -218,7 +218,6 @@ Closest SurfaceTree::closest(const Point3& p, Index hint) const {
       }
     }
   } search{*this, p, {}};
-  if (hint != no_index) search.best = {closest_on_triangle(p, corners(hint)), hint};
   visit(
       boxes_, levels_, [&](const Box3& box) { return distance2_to_box(p, box); }, search);
   return search.best;

@@ -34,10 +34,9 @@ class SurfaceTree {
   /// `mesh` is kept by reference and has faces. Cost O(n log n), parallel.
   explicit SurfaceTree(const Mesh& mesh);
 
-  /// Exact up to the rounding of the distance to one triangle. Expected O(log n) for points near the surface. `hint`: a
-  /// face that may be near p, such as that of a neighbour of p; it saves time and does not change the answer. Oracle:
+  /// Exact up to the rounding of the distance to one triangle. Expected O(log n) for points near the surface. Oracle:
   /// tests/distance/surface_tree_test.cpp (every triangle, in long double).
-  [[nodiscard]] Closest closest(const Point3& p, Index hint = no_index) const;
+  [[nodiscard]] Closest closest(const Point3& p) const;
 
   /// No line slips through between two triangles that share an edge: the side of a line on which an edge lies is
   /// computed alike for both (Woop, Benthin, Wald 2013). A line within a triangle's plane does not meet it.
