@@ -14,8 +14,8 @@ packages=(
   # checks and fuzzing
   clang clang-format
   # the library
-  libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libgdal-dev libproj-dev libpng-dev
-  libcairo2-dev fonts-dejavu-core
+  libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev
+  libproj-dev libpng-dev libcairo2-dev fonts-dejavu-core
   # the command line
   libcli11-dev
   # tests and benchmarks

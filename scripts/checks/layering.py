@@ -5,8 +5,8 @@ import re
 
 from common import code_of, finish, tracked
 
-ORDER = ["base", "geom", "cloud", "io", "field", "delaunay", "overlay", "measure", "compare", "match", "tiles", "apps",
-         "simulate", "report"]
+ORDER = ["base", "geom", "cloud", "io", "field", "delaunay", "overlay", "measure", "compare", "distance", "match", "tiles",
+         "apps", "simulate", "report"]
 # delaunay knows points in the plane and nothing else: it can be lifted out alone.
 FORBIDDEN = {"delaunay": {"cloud", "io", "field"}}
 

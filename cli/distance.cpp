@@ -1,0 +1,247 @@
+// isopach distance A B
+#include <fmt/core.h>
+
+#include <cmath>
+#include <memory>
+#include <sstream>
+
+#include "cli/command.hpp"
+#include "cli/output.hpp"
+#include "cli/parse.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/io/read.hpp"
+#include "isopach/io/write.hpp"
+#include "isopach/report/distance.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "Distances in space between scans A and B, both ways: point to point, point to surface, along the normal, along\n"
+    "the direction, the Hausdorff distance with a proven bound, and M3C2. Positive: B lies above A.\n";
+
+constexpr const char* footer =
+    "Examples:\n"
+    "  isopach distance before.ply after.ply                      all but surface and m3c2, on stdout\n"
+    "  isopach distance part.stl scan.ply --measure hausdorff --tolerance 0.001 --unit mm\n"
+    "  isopach distance before.laz after.laz --measure m3c2 --normal-scale 2 --projection-scale 1 --max-depth 5 -o "
+    "out\n"
+    "  isopach distance a.ply b.ply --measure c2c,c2s -o out --format csv";
+
+struct Request {
+  std::string path_a, path_b, pose_path, core_points, output, json, format = "ply";
+  std::size_t samples = 0;  ///< 0: not said
+  DistanceOptions options;
+  RunOptions run;
+};
+
+DistanceMeasures parse_measures(const std::string& text) {
+  DistanceMeasures m;
+  const std::vector<std::pair<std::string, bool*>> names{{"c2c", &m.c2c},         {"c2s", &m.c2s},
+                                                         {"normal", &m.normal},   {"vertical", &m.vertical},
+                                                         {"surface", &m.surface}, {"hausdorff", &m.hausdorff},
+                                                         {"m3c2", &m.m3c2}};
+  std::istringstream words(text);
+  bool any = false;
+  for (std::string word; std::getline(words, word, ',');) {
+    bool known = false;
+    for (const auto& [name, flag] : names)
+      if (name == word) known = any = *flag = true;
+    if (!known)
+      throw UsageError(
+          fmt::format("--measure: '{}' is not one of c2c, c2s, normal, vertical, surface, hausdorff, m3c2", word));
+  }
+  if (!any) throw UsageError("--measure: name at least one, e.g. c2c,c2s");
+  return m;
+}
+
+CLI::Validator above_zero() {
+  return CLI::Validator(
+      [](std::string& text) {
+        const CLI::Validator check = not_negative();
+        std::string error = check(text);
+        return error.empty() && parse_number(text, "") > 0 ? std::string()
+                                                           : fmt::format("'{}' is not a number above 0", text);
+      },
+      "");
+}
+
+void add_scan_options(Command& command, Request& request) {
+  DistanceOptions& options = request.options;
+  command.heading("Scans");
+  command.parsed("--direction", "x|y|z|fit|X,Y,Z", options.project.direction, parse_direction,
+                 "Direction of 'vertical', and that Delaunay surfaces are seen along (default z)");
+  command.choice<DuplicatePolicy>("--duplicates", options.project.duplicates,
+                                  {{"mean", DuplicatePolicy::mean},
+                                   {"min", DuplicatePolicy::min},
+                                   {"max", DuplicatePolicy::max},
+                                   {"median", DuplicatePolicy::median},
+                                   {"first", DuplicatePolicy::first},
+                                   {"error", DuplicatePolicy::error}},
+                                  "Height of a Delaunay surface where points have the same place; error: refuse");
+  command.choice<MeshSource>(
+      "--mesh", options.mesh,
+      {{"auto", MeshSource::automatic}, {"delaunay", MeshSource::delaunay}, {"faces", MeshSource::faces}},
+      "Surface of a scan; faces: those of the file; delaunay: made from its points; auto: faces where there are any");
+  command.parsed("--class", "N[,N]", options.project.classes, parse_classes,
+                 "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
+  command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", options.project.crop, parse_crop,
+                 "Keep only points inside this box, in input coordinates (default all)");
+  command.option("--pose", "FILE", request.pose_path,
+                 "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first");
+  command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", options.unit, parse_unit,
+                 "Unit of both inputs, where the files do not say it or say it wrongly");
+  command.flag("--allow-crs", options.allow_crs,
+               "Measure although the CRS is in degrees, is Web Mercator, differs, or heights have another unit");
+}
+
+void add_measure_options(Command& command, Request& request) {
+  DistanceOptions& options = request.options;
+  command.heading("Measure");
+  command.parsed("--measure", "LIST", options.measures, parse_measures,
+                 "What to measure, of c2c (nearest point), c2s (closest point of the surface), normal, vertical, "
+                 "surface (mean and rms by area), hausdorff, m3c2 (default c2c,c2s,normal,vertical,hausdorff)");
+  command
+      .option("--tolerance", "L", options.tolerance,
+              "hausdorff: proven to this length (default a millionth of the diagonal of both scans)")
+      ->check(above_zero());
+  command
+      .option("--samples", "N", request.samples,
+              fmt::format("surface: samples a triangle, on average (default {})", options.samples))
+      ->check(whole_number(1, 1'000'000));
+  command.heading("M3C2 (Lague, Brodu, Leroux 2013)");
+  command
+      .option("--normal-scale", "D", options.m3c2.normal_scale,
+              "Diameter of the ball in A whose points give the normal")
+      ->check(above_zero());
+  command
+      .option("--projection-scale", "d", options.m3c2.projection_scale,
+              "Diameter of the cylinder along the normal in which both scans are averaged")
+      ->check(above_zero());
+  command
+      .option("--max-depth", "L", options.m3c2.max_depth,
+              "How far the cylinder reaches from the core point, to either side")
+      ->check(above_zero());
+  command
+      .option("--registration-error", "REG", options.m3c2.registration_error,
+              "Of the alignment of A and B, added to the level of detection")
+      ->check(not_negative())
+      ->capture_default_str();
+  command.option("--core-points", "FILE", request.core_points,
+                 "Points to measure at, any format (default the points of A)");
+}
+
+/// An option that would do nothing is a mistake.
+void check_use(const Request& request) {
+  const DistanceMeasures& m = request.options.measures;
+  const auto needs = [](bool given, const char* option, bool measured, const char* measure) {
+    if (given && !measured)
+      throw UsageError(fmt::format("{}: is an option of {}: add that to --measure", option, measure));
+  };
+  const M3c2Options& o = request.options.m3c2;
+  needs(request.options.tolerance > 0, "--tolerance", m.hausdorff, "hausdorff");
+  needs(request.samples > 0, "--samples", m.surface, "surface");
+  needs(o.normal_scale > 0, "--normal-scale", m.m3c2, "m3c2");
+  needs(o.projection_scale > 0, "--projection-scale", m.m3c2, "m3c2");
+  needs(o.max_depth > 0, "--max-depth", m.m3c2, "m3c2");
+  needs(o.registration_error > 0, "--registration-error", m.m3c2, "m3c2");
+  needs(!request.core_points.empty(), "--core-points", m.m3c2, "m3c2");
+}
+
+void add_output_options(Command& command, Request& request) {
+  command.heading("Output");
+  command
+      .option("-o,--output", "DIR", request.output,
+              "Folder for result.json, points_a and points_b with their distances (LAS in: also LAS), core_points of "
+              "m3c2; made if it is not there")
+      ->check(not_empty());
+  command
+      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      ->check(not_empty());
+  command.choice<std::string>("--format", request.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
+                              "Of points_a, points_b and core_points");
+}
+
+Cloud read_scan(const std::string& path, const Request& request, const Context& context) {
+  ReadOptions options;
+  if (request.options.project.classes.empty()) options.attributes.clear();
+  options.faces = request.options.mesh != MeshSource::delaunay;
+  return read_cloud(path, options, context);
+}
+
+bool is_las(const Cloud& cloud) { return cloud.format == "las" || cloud.format == "laz"; }
+
+/// LAS in gives LAS out with everything the file had; the format asked for beside it, unless it is the same.
+void write_scan(const Cloud& cloud, const std::vector<Attribute>& fields, const std::string& name,
+                const Request& request, OutputFolder& folder, const Context& context) {
+  if (fields.empty()) return;
+  const bool copies = is_las(cloud);
+  if (copies) write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), fields, context);
+  if (!copies || request.format != "las")
+    write_distance_points(folder.path(name + "." + request.format), cloud, fields, context);
+}
+
+void deliver(Distances& d, const Cloud& a, const Cloud& b, const Request& request, OutputFolder* folder, double read_s,
+             Run& run) {
+  const Context& context = run.context();
+  Stopwatch watch;
+  if (folder != nullptr) {
+    write_scan(a, d.fields_a, "points_a", request, *folder, context);
+    write_scan(b, d.fields_b, "points_b", request, *folder, context);
+    if (d.m3c2) write_core_points(folder->path("core_points." + request.format), d, context);
+  }
+  const double write_s = watch.lap();
+  d.timing.stages.insert(d.timing.stages.begin(), {"read", read_s});
+  d.timing.stages.emplace_back("write", write_s);
+  d.timing.total += read_s + write_s;
+  std::string json;
+  if (folder != nullptr) {
+    const std::string result = folder->path("result.json");
+    json = distance_json(d, folder->names());
+    write_text_file(result, json);
+    context.check();
+    folder->commit();
+  } else if (!request.json.empty()) {
+    json = distance_json(d, {});
+  }
+  if (!request.json.empty()) write_json(request.json, json, run);
+  if (request.json != "-") {
+    run.show(distance_text(d));
+  } else {
+    for (const std::string& warning : d.warnings) run.say("warning: " + warning);
+  }
+}
+
+}  // namespace
+
+int run_distance(const Arguments& arguments) {
+  Request request;
+  DistanceMeasures& m = request.options.measures;
+  m.c2c = m.c2s = m.normal = m.vertical = m.hausdorff = true;
+  Command command("distance", description, footer);
+  command.positional("A", request.path_a, "Reference scan or mesh, or the one before; any format that compare reads");
+  command.positional("B", request.path_b, "Compared scan or mesh, or the one after");
+  add_output_options(command, request);
+  add_scan_options(command, request);
+  add_measure_options(command, request);
+  add_run_options(command, request.run);
+  if (!command.parse(arguments)) return 0;
+  if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
+  check_use(request);
+  if (request.samples > 0) request.options.samples = request.samples;
+
+  Run run(request.run);
+  std::unique_ptr<OutputFolder> folder;
+  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  Stopwatch watch;
+  const Cloud a = read_scan(request.path_a, request, run.context());
+  const Cloud b = read_scan(request.path_b, request, run.context());
+  Cloud cores;
+  if (!request.core_points.empty()) cores = read_cloud(request.core_points, ReadOptions{}, run.context());
+  const double read_s = watch.lap();
+  Distances d = distance(a, b, request.core_points.empty() ? nullptr : &cores, request.options, run.context());
+  deliver(d, a, b, request, folder.get(), read_s, run);
+  return 0;
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,67 @@
+#include "isopach/distance/mesh.hpp"
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/triangulate.hpp"
+#include "isopach/distance/vectors.hpp"
+
+namespace isopach {
+namespace {
+
+std::string name_of(const Cloud& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
+
+Mesh delaunay_mesh(const Frame& frame, const HeightField& field, const Context& context) {
+  Mesh mesh;
+  const Triangulation t = triangulate(field.xy, frame.curve, context);
+  mesh.points.resize(field.xy.size());
+  for_each_index(mesh.points.size(), [&](std::size_t i) {
+    mesh.points[i] = {field.xy[i].x, field.xy[i].y, field.z[i]};
+  });
+  mesh.faces.resize(t.real);
+  for_each_index(t.real, [&](std::size_t i) { mesh.faces[i] = t.triangles[i].v; });
+  return mesh;
+}
+
+Mesh mesh_of_faces(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+  Mesh mesh;
+  mesh.own_faces = true;
+  mesh.points.resize(cloud.points.size());
+  for_each_index(cloud.points.size(),
+                 [&](std::size_t i) { mesh.points[i] = frame.to_field(pose.apply(cloud.points[i])); });
+  for (const auto& face : cloud.faces) {
+    bool kept = true;
+    for (const Index corner : face) kept = kept && field.node_of_point[corner] != no_index;
+    if (kept) mesh.faces.push_back(face);
+  }
+  return mesh;
+}
+
+}  // namespace
+
+ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+  ScanPoints scan;
+  scan.points.reserve(cloud.points.size());
+  scan.ids.reserve(cloud.points.size());
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (field.node_of_point[i] == no_index) continue;
+    scan.points.push_back(frame.to_field(pose.apply(cloud.points[i])));
+    scan.ids.push_back(static_cast<Index>(i));
+  }
+  return scan;
+}
+
+Mesh make_mesh(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field, MeshSource source,
+               const Context& context) {
+  if (source == MeshSource::faces && cloud.faces.empty())
+    throw InputError(name_of(cloud) + ": has no faces: leave out --mesh faces, or give a mesh");
+  const bool own = source != MeshSource::delaunay && !cloud.faces.empty();
+  Mesh mesh = own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(frame, field, context);
+  if (mesh.faces.empty())
+    throw InputError(name_of(cloud) + (own ? ": no face is left after --class and --crop"
+                                           : ": its points lie on one line along the direction, so there is no surface "
+                                             "to measure to: use --measure c2c"));
+  return mesh;
+}
+
+double face_area(const std::array<Point3, 3>& c) { return 0.5 * length(cross(c[1] - c[0], c[2] - c[0])); }
+
+}  // namespace isopach

@@ -1,0 +1,44 @@
+// Mesh: a scan as a triangulated surface in space: the faces of its file, or the Delaunay triangulation seen along the
+// direction, lifted to the heights of its nodes.
+#pragma once
+#include <array>
+
+#include "isopach/base/context.hpp"
+#include "isopach/cloud/cloud.hpp"
+#include "isopach/field/height_field.hpp"
+
+namespace isopach {
+
+/// Points in frame coordinates; every face is three indices into them.
+struct Mesh {
+  Array<Point3> points;
+  Array<std::array<Index, 3>> faces;
+  bool own_faces = false;  ///< the file's faces, not a Delaunay triangulation
+
+  [[nodiscard]] std::array<Point3, 3> corners(std::size_t face) const {
+    const auto& f = faces[face];
+    return {points[f[0]], points[f[1]], points[f[2]]};
+  }
+};
+
+/// automatic: the file's faces where it has any.
+enum class MeshSource { automatic, delaunay, faces };
+
+/// The kept points of a cloud in frame coordinates, and which they are.
+struct ScanPoints {
+  Array<Point3> points;
+  Array<Index> ids;  ///< points[i] is point ids[i] of the cloud
+};
+[[nodiscard]] ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
+                                     const HeightField& field);
+
+/// The surface of a scan. Faces with a corner that `field` dropped are left out. Errors: InputError, naming the file,
+/// where no face is left, where points all lie on one line along the direction, or where faces are asked for and the
+/// file has none. Cost: that of `triangulate`, or O(faces).
+[[nodiscard]] Mesh make_mesh(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
+                             MeshSource source, const Context& context);
+
+/// Area of a face.
+[[nodiscard]] double face_area(const std::array<Point3, 3>& corners);
+
+}  // namespace isopach
