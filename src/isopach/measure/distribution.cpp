@@ -197,26 +197,28 @@ double area_below(const Cell& cell, double v) {
   return cell.area - cell.area * ((d2 - v) / (d2 - d0)) * ((d2 - v) / (d2 - d1));
 }
 
-Distribution::Distribution(const CellView& cells, double area, double limit, const Context& context)
+template <class Source>
+Distribution<Source>::Distribution(const Source& cells, double area, double limit, const Context& context)
     : cells_(cells), context_(context), area_(area), limit_(limit) {
   below_ = area_up_to_edges(-limit, limit, coarse_bins);
 }
 
-std::vector<double> Distribution::area_up_to_edges(double low, double high, std::size_t count) const {
+template <class Source>
+std::vector<double> Distribution<Source>::area_up_to_edges(double low, double high, std::size_t count) const {
   context_.check();
   return reduce_blocks<EdgeSums>(
-             cells_.t.real, block,
+             items_of(cells_), block,
              [&](std::size_t begin, std::size_t end) {
                EdgeSums part(low, high, count);
-               for (std::size_t i = begin; i < end; ++i)
-                 if (cells_.in_domain[i] != 0) part.add(cell_at(cells_, i));
+               for_cells(cells_, begin, end, [&](const Cell& cell) { part.add(cell); });
                return part;
              },
              [](EdgeSums& total, const EdgeSums& part) { total.add(part); })
       .values();
 }
 
-std::vector<double> Distribution::areas_between(double low, double high, std::size_t count) const {
+template <class Source>
+std::vector<double> Distribution<Source>::areas_between(double low, double high, std::size_t count) const {
   std::vector<double> edges = area_up_to_edges(low, high, count);
   edges.front() = 0;
   edges.back() = area_;
@@ -225,7 +227,8 @@ std::vector<double> Distribution::areas_between(double low, double high, std::si
   return areas;
 }
 
-Distribution::Bracket Distribution::bracket(const Quantile& q) const {
+template <class Source>
+typename Distribution<Source>::Bracket Distribution<Source>::bracket(const Quantile& q) const {
   const double step = 2 * limit_ / static_cast<double>(coarse_bins);
   const auto at = [&](double v, bool up) {  // area up to v, rounded out to an edge of the bins
     if (v < -limit_) return 0.0;
@@ -253,17 +256,16 @@ Distribution::Bracket Distribution::bracket(const Quantile& q) const {
           start + step * (static_cast<double>(first(false, target + slack)) + 1)};
 }
 
-std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted) const {
+template <class Source>
+std::vector<double> Distribution<Source>::quantiles(const std::vector<Quantile>& wanted) const {
   context_.check();
   std::vector<Bracket> brackets;
   for (const Quantile& q : wanted) brackets.push_back(bracket(q));
   std::vector<Kept> kept = reduce_blocks<std::vector<Kept>>(
-      cells_.t.real, block,
+      items_of(cells_), block,
       [&](std::size_t begin, std::size_t end) {
         std::vector<Kept> part(wanted.size());
-        for (std::size_t i = begin; i < end; ++i) {
-          if (cells_.in_domain[i] == 0) continue;
-          Cell cell = cell_at(cells_, i);
+        for_cells(cells_, begin, end, [&](Cell cell) {
           cell.d = sorted(cell.d);
           for (std::size_t k = 0; k < wanted.size(); ++k) {
             const Range r = range_of(cell.d[0], cell.d[2], wanted[k]);
@@ -276,7 +278,7 @@ std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted)
                 part[k].cut.push_back(cell);
             }
           }
-        }
+        });
         return part;
       },
       [&](std::vector<Kept>& total, const std::vector<Kept>& part) {
@@ -295,5 +297,8 @@ std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted)
   });
   return found;
 }
+
+template class Distribution<CellView>;
+template class Distribution<Overlay>;
 
 }  // namespace isopach

@@ -7,7 +7,7 @@
 #pragma once
 #include <vector>
 
-#include "isopach/measure/measures.hpp"
+#include "isopach/measure/cells.hpp"
 
 namespace isopach {
 
@@ -21,10 +21,12 @@ struct Quantile {
   double centre = 0;
 };
 
+/// Of the cells of a source: a CellView or an Overlay.
+template <class Source>
 class Distribution {
  public:
   /// `area` of the domain, `limit` ≥ |d| everywhere, > 0.
-  Distribution(const CellView& cells, double area, double limit, const Context& context);
+  Distribution(const Source& cells, double area, double limit, const Context& context);
 
   /// One pass for all that are asked for. Oracle: tests/measure/distribution_test.cpp.
   [[nodiscard]] std::vector<double> quantiles(const std::vector<Quantile>& wanted) const;
@@ -39,10 +41,12 @@ class Distribution {
   [[nodiscard]] Bracket bracket(const Quantile& q) const;
   [[nodiscard]] std::vector<double> area_up_to_edges(double low, double high, std::size_t count) const;
 
-  const CellView& cells_;
+  const Source& cells_;
   const Context& context_;
   double area_, limit_;
   std::vector<double> below_;  // area where d ≤ edge k of the coarse bins of [−limit, limit]
 };
+extern template class Distribution<CellView>;
+extern template class Distribution<Overlay>;
 
 }  // namespace isopach
