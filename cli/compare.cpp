@@ -79,9 +79,9 @@ void add_measure_options(Command& command, Request& request) {
                              "Border of a scan; hull: the convex hull of its points");
   command.choice<LocateMethod>(
       "--locate", options.locate,
-      {{"tree", LocateMethod::tree}, {"interface", LocateMethod::interface}, {"order", LocateMethod::order}},
-      "How points of one scan are found in the other, with the same result; tree: along the "
-      "spanning tree; interface: from the triangulation of both; order: along the curve");
+      {{"order", LocateMethod::order}, {"tree", LocateMethod::tree}, {"interface", LocateMethod::interface}},
+      "How points of one scan are found in the other, with the same result; order: along the curve, the fastest; tree: "
+      "along the spanning tree, as published; interface: from the triangulation of both");
   command
       .option("--min-coverage", "SHARE", options.min_coverage,
               "Exit 4 if the scans share less than this part of their area, 0 to 1")

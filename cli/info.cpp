@@ -63,7 +63,7 @@ Info inspect(const std::string& path, const ProjectOptions& project_options, con
   if (info.bounds.empty()) return info;
   const Frame frame = choose_frame(info.cloud, info.cloud, Pose{}, project_options, context);
   info.field = project(info.cloud, Pose{}, frame, project_options, context);
-  info.layers = layered_share(info.cloud, Pose{}, frame, project_options, context);
+  info.layers = layered_share(*info.field, info.cloud, Pose{}, frame, context);
   info.spacing = estimate_spacing(*info.field);
   return info;
 }

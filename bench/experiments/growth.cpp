@@ -115,7 +115,7 @@ void write_plot(const Setup& setup, const std::string& name, const Plot& plot) {
 }
 
 struct Uniform {
-  std::vector<Measured> tree, order, interface;  ///< merge: in `tree`
+  std::vector<Measured> tree, order, interface;  ///< merge_seconds: linear merge in `tree`, from scratch in `order`
 };
 Uniform measure_uniform(const Setup& setup) {
   Uniform found;
@@ -125,8 +125,15 @@ Uniform measure_uniform(const Setup& setup) {
     found.tree.push_back(localisation(pairs, repeats));
     found.order.push_back(localisation(pairs, repeats, Way::order));
     found.interface.push_back(localisation(pairs, repeats, Way::interface));
-    std::optional<Triangulation> merged;
-    found.tree.back().merge_seconds = time_of(1, std::min(repeats, 5), [&] { merged = merge(pairs[0]); });
+    Merged merged;
+    ToMerge parts;
+    const auto merge_parts = [&] { merged = merge(pairs[0], std::move(parts)); };
+    const auto prepare = [&] { parts = ready_to_merge(pairs[0]); };
+    const auto from_scratch = [&] { merged = merge_from_scratch(pairs[0]); };
+    const std::vector<double> seconds =
+        take_turns({{"merge", 1, merge_parts, prepare}, {"from scratch", 1, from_scratch}}, std::min(repeats, 5));
+    found.tree.back().merge_seconds = seconds[0];
+    found.order.back().merge_seconds = seconds[1];
   }
   return found;
 }
@@ -145,13 +152,13 @@ void growth(const Setup& setup, Page& page) {
       "per node of the union.");
   std::vector<std::vector<std::string>> rows = {{"N", "tree: visited per node", "ns per node", "N/t, nodes per µs",
                                                  "order: visited", "ns per node", "interface: visited", "ns per node",
-                                                 "merge, ns per node"}};
+                                                 "linear merge, ns per node", "from scratch"}};
   for (std::size_t i = 0; i < measured.size(); ++i) {
     const Measured &m = measured[i], &o = found.order[i], &f = found.interface[i];
     rows.push_back({count(static_cast<std::size_t>(m.nodes)), number(m.visited),
                     per_node(m.locate_seconds, 2 * m.nodes), number(rate(m)), number(o.visited),
                     per_node(o.locate_seconds, 2 * o.nodes), number(f.visited), per_node(f.locate_seconds, 2 * f.nodes),
-                    per_node(m.merge_seconds, 2 * m.nodes)});
+                    per_node(m.merge_seconds, 2 * m.nodes), per_node(o.merge_seconds, 2 * o.nodes)});
   }
   page.table(rows);
   const auto base = std::find_if(measured.begin(), measured.end(), [](const Measured& m) { return m.nodes >= 1e5; });
@@ -171,7 +178,9 @@ void growth(const Setup& setup, Page& page) {
   growth_plot.series.push_back(series_of("localisation along the curve", found.order, ns));
   growth_plot.series.push_back(series_of("localisation by interface", found.interface, ns));
   growth_plot.series.push_back(
-      series_of("merge", measured, [](const Measured& m) { return 0.5e9 * m.merge_seconds / m.nodes; }));
+      series_of("linear merge", measured, [](const Measured& m) { return 0.5e9 * m.merge_seconds / m.nodes; }));
+  growth_plot.series.push_back(
+      series_of("T from scratch", found.order, [](const Measured& m) { return 0.5e9 * m.merge_seconds / m.nodes; }));
   write_plot(setup, "benchmark-growth.svg", growth_plot);
   page.picture("benchmark-growth.svg", "ns per node against N for localisation and merge");
 

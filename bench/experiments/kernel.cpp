@@ -131,13 +131,15 @@ void stages(const Setup& setup, Page& page) {
   const std::size_t n = pair.a.xy.size();
   std::vector<Contestant> contestants;
   Locations located;
-  Triangulation merged;
+  Merged merged, scratch;
+  ToMerge parts;
   SpanningTree tree;
   for (const int threads : {1, 2}) {
     contestants.push_back({"tree", threads, [&] { tree = spanning_tree(pair.a.t, pair.a.xy, {}); }});
     contestants.push_back(
         {"localise", threads, [&] { located = localise(pair.a.xy, pair.a.tree, pair.b.t, pair.b.xy, {}); }});
-    contestants.push_back({"merge", threads, [&] { merged = merge(pair); }});
+    contestants.push_back(
+        {"merge", threads, [&] { merged = merge(pair, std::move(parts)); }, [&] { parts = ready_to_merge(pair); }});
   }
   std::shared_ptr<rival::Input> sorted, both_sets;
   std::shared_ptr<rival::Mesh> mesh, work;
@@ -158,8 +160,12 @@ void stages(const Setup& setup, Page& page) {
   s.resize(9, 0);
   Locations in_order;
   const auto locate_in_order = [&] { in_order = localise_in_order(pair.a.xy, pair.b.t, pair.b.xy, {}); };
-  const std::vector<double> o =
-      take_turns({{"in order", 1, locate_in_order}, {"in order", 2, locate_in_order}}, setup.repeats);
+  const auto from_scratch = [&] { scratch = merge_from_scratch(pair); };
+  const std::vector<double> o = take_turns({{"in order", 1, locate_in_order},
+                                            {"in order", 2, locate_in_order},
+                                            {"from scratch", 1, from_scratch},
+                                            {"from scratch", 2, from_scratch}},
+                                           setup.repeats);
   const std::size_t united = pair.nodes();
   page.heading("Tree, localisation, merge");
   page.paragraph("Uniform in uniform, " + count(n) + " + " + count(n) +
@@ -168,10 +174,8 @@ void stages(const Setup& setup, Page& page) {
                  std::to_string(setup.repeats) +
                  ". CGAL: location with hint in Hilbert order (sort not timed); "
                  "insertion of the one set, presorted along the Hilbert curve (sort not timed), into the mesh of the "
-                 "other, with hint. "
-                 "Merge is at present: " +
-                 merge_description() + "; CGAL from scratch takes " +
-                 (rival::available() ? nanoseconds(s[8], united) + " ns." : "-."));
+                 "other, with hint. Merge: both node lists united, T with neighbours, list of interface triangles; "
+                 "locations given. From scratch: the same by triangulating all nodes anew, presorted (CGAL: not).");
   const auto ns = [](double seconds, std::size_t nodes) { return 1e9 * seconds / static_cast<double>(nodes); };
   const auto cgal = [&](double seconds, std::size_t nodes) { return seconds > 0 ? nanoseconds(seconds, nodes) : ""; };
   page.table({{"", "isopach", "CGAL", "ratio", "target", "goal", "2 threads", "target"},
@@ -181,12 +185,16 @@ void stages(const Setup& setup, Page& page) {
                against(ns(s[4], n), 40), "40"},
               {"localisation in curve order, no tree", against(ns(o[0], n), 70), cgal(s[6], n), ratio(o[0], s[6]), "70",
                "50", against(ns(o[1], n), 40), "40"},
-              {"merge", against(ns(s[2], united), 150), cgal(s[7], united), ratio(s[2], s[7]), "150", "110",
-               against(ns(s[5], united), 90), "90"}});
+              {"linear merge", against(ns(s[2], united), 150), cgal(s[7], united), ratio(s[2], s[7]), "150", "110",
+               against(ns(s[5], united), 90), "90"},
+              {"the same from scratch", against(ns(o[2], united), 150), cgal(s[8], united), ratio(o[2], s[8]), "150",
+               "110", against(ns(o[3], united), 90), "90"}});
   page.paragraph(
       "Triangles visited per node: " + number(static_cast<double>(located.visited) / static_cast<double>(n)) +
       " along the tree (target 3), " + number(static_cast<double>(in_order.visited) / static_cast<double>(n)) +
-      " in curve order. The merged triangulation is " + verdict_on_merge(pair, merged) + ".");
+      " in curve order. The merged triangulation is " + verdict_on_merge(pair, merged.t) + "; " +
+      number(static_cast<double>(merged.interface.size()) / static_cast<double>(merged.t.real)) +
+      " of its triangles are interface triangles.");
 }
 
 void whole(const Setup& setup, Page& page) {

@@ -5,6 +5,7 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/localise_by_interface.hpp"
+#include "isopach/overlay/merge.hpp"
 
 namespace isopach::bench {
 namespace {
@@ -77,16 +78,28 @@ Located localise_by_interface_both(const Pair& pair, const Union& common) {
   return {std::move(found.of_1_in_2), std::move(found.of_2_in_1)};
 }
 
-Triangulation merge(const Pair& pair) {
+ToMerge ready_to_merge(const Pair& pair) { return {pair.a.t, pair.b.t, localise_in_order_both(pair)}; }
+
+Merged merge(const Pair& pair, ToMerge parts) {
   const UnitedNodes g = unite(pair.a.xy, pair.b.xy, pair.box);
-  return triangulate(g.xy, pair.box, {});
+  Merged merged;
+  merged.t = isopach::merge({std::move(parts.a), pair.a.xy, &parts.where.a_in_b},
+                            {std::move(parts.b), pair.b.xy, &parts.where.b_in_a}, g, pair.box, {});
+  merged.interface = interface_triangles(merged.t, g);
+  return merged;
+}
+
+Merged merge_from_scratch(const Pair& pair) {
+  const UnitedNodes g = unite(pair.a.xy, pair.b.xy, pair.box);
+  Merged merged;
+  merged.t = triangulate(g.xy, pair.box, {});
+  merged.interface = interface_triangles(merged.t, g);
+  return merged;
 }
 
 std::string verdict_on_merge(const Pair& pair, const Triangulation& merged) {
   const auto fault = validate(merged, unite(pair.a.xy, pair.b.xy, pair.box).xy);
   return fault ? "WRONG: " + *fault : "right";
 }
-
-std::string merge_description() { return "both node lists merged in curve order, then triangulated from scratch"; }
 
 }  // namespace isopach::bench

@@ -48,13 +48,24 @@ struct Union {
 /// … by the common triangulation.
 [[nodiscard]] Located localise_by_interface_both(const Pair& pair, const Union& common);
 
-/// The common triangulation of both meshes.
-[[nodiscard]] Triangulation merge(const Pair& pair);
+/// What linear merging takes and uses up.
+struct ToMerge {
+  Triangulation a, b;
+  Located where;
+};
+[[nodiscard]] ToMerge ready_to_merge(const Pair& pair);
+
+/// The common triangulation of both meshes, by linear merging, and the list of its interface triangles.
+struct Merged {
+  Triangulation t;
+  Array<Index> interface;
+};
+[[nodiscard]] Merged merge(const Pair& pair, ToMerge parts);
+
+/// The same from scratch: node lists united along the curve, triangulated, interface triangles listed.
+[[nodiscard]] Merged merge_from_scratch(const Pair& pair);
 
 /// "right" if `merged` is the Delaunay triangulation of the union, by the exact validator, else what is wrong.
 [[nodiscard]] std::string verdict_on_merge(const Pair& pair, const Triangulation& merged);
-
-/// How `merge` does it, for the page.
-[[nodiscard]] std::string merge_description();
 
 }  // namespace isopach::bench

@@ -38,6 +38,14 @@ double rough(Random& random, const Point2&) { return random.uniform(-1, 1.5); }
 double mostly_zero(Random& random, const Point2& p) { return p.x < 0.7 ? 0 : random.uniform(-1, 1); }
 double one_outlier(Random& random, const Point2& p) { return p.x < 0.001 ? 1e5 : 1e-3 * random.bell(); }
 double plane(Random&, const Point2& p) { return p.x; }
+double constant(Random&, const Point2&) { return 0.3; }
+double few_values(Random& random, const Point2&) { return 0.25 * static_cast<double>(random.below(5)) - 0.5; }
+double tiny_beside_huge(Random& random, const Point2& p) {
+  return p.x < 0.5 ? 1e-200 * random.uniform(-1, 1) : (p.x < 0.9 ? 1e-9 : 1e3) * random.bell();
+}
+double rough_in_a_corner(Random& random, const Point2& p) {
+  return p.x + p.y < 0.02 ? random.uniform(-1, 50) : 1e-4 * p.x;
+}
 
 /// Area of the domain where low <= d <= high.
 long double brute_area(const Sample& s, long double low, long double high) {
@@ -76,15 +84,18 @@ void expect_quantiles(const Sample& s, const std::string& name) {
   for (const double share : {0.01, 0.25, 0.5, 0.9, 0.95, 0.999})
     for (const auto& [absolute, centre] : {std::pair{false, 0.0}, std::pair{true, 0.0}, std::pair{true, 0.3}})
       wanted.push_back({share, absolute, centre});
+  wanted.push_back({0.5, true, 0, 6});  // about the median
+  wanted.push_back({0.9, true, 0, wanted.size() - 1});
   const CellView view = s.view();
   const std::vector<double> found = Distribution(view, area, limit, {}).quantiles(wanted);
   ASSERT_EQ(found.size(), wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) {
-    const auto& [share, absolute, centre] = wanted[i];
-    const auto area_up_to = [&, absolute = absolute, centre = centre](long double v) {
+    const auto& [share, absolute, given, about] = wanted[i];
+    const double centre = about == Quantile::nothing ? given : found[about];
+    const auto area_up_to = [&, absolute = absolute](long double v) {
       return static_cast<double>(absolute ? brute_area(s, centre - v, centre + v) : brute_area(s, -1e9L, v));
     };
-    const double step = 1e-9 * (limit + centre), target = share * area;
+    const double step = 1e-9 * (limit + std::fabs(centre)), target = share * area;
     EXPECT_GE(area_up_to(static_cast<long double>(found[i]) + step), target * (1 - 1e-12)) << name << " " << share;
     if (!absolute || found[i] > step) {
       EXPECT_LE(area_up_to(static_cast<long double>(found[i]) - step), target * (1 + 1e-12)) << name << " " << share;
@@ -99,6 +110,8 @@ TEST(Quantiles, HaveTheirShareOfTheAreaOnEitherSide) {
     expect_quantiles(sample(n, 124, plane), "plane");
   }
   expect_quantiles(sample(3000, 125, one_outlier), "one outlier");
+  for (const auto& d : {constant, few_values, tiny_beside_huge}) expect_quantiles(sample(2000, 129, d), "atoms");
+  expect_quantiles(sample(90000, 130, rough_in_a_corner), "more cells than are sampled");
 }
 
 TEST(AreasBetween, EqualCuttingAndAddUpToTheDomain) {

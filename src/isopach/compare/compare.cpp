@@ -65,10 +65,13 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
+  if (options.locate == LocateMethod::tree)  // 5. theorem 2: T1 and T2 become T
+    common = stages::merge_common(std::move(t1), std::move(t2), a, b, a_in_2, b_in_1, c.frame, context);
   t1 = {}, t2 = {};
-  if (options.locate != LocateMethod::interface)  // 5. T
+  for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
+  if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
-  c.cells = stages::make_cells(std::move(common), a, b, a_in_2, b_in_1, f2_at_a, f1_at_b, c);
+  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, f2_at_a, f1_at_b, c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();

@@ -18,7 +18,7 @@ struct CompareOptions {
   Surface surface = Surface::common;
   DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
   BorderRule border = BorderRule::hull;
-  LocateMethod locate = LocateMethod::tree;
+  LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do
   std::string unit;          ///< overrides the unit of both inputs; empty = as in the files
   bool allow_crs = false;    ///< accept degrees, pseudo-Mercator, or two different CRS

@@ -45,12 +45,18 @@ struct Common {
   UnitedNodes nodes;
   Triangulation t;
 };
+/// By linear merging; T1 and T2 are used up.
+[[nodiscard]] Common merge_common(Triangulation t1, Triangulation t2, const HeightField& a, const HeightField& b,
+                                  const Locations& a_in_2, const Locations& b_in_1, const Frame& frame,
+                                  const Context& context);
+
 /// From scratch: needs no locations.
 [[nodiscard]] Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame,
                                         const Context& context);
 
-/// T with both heights at its nodes, and which of its triangles lie in the domain.
-[[nodiscard]] Cells make_cells(Common common, const HeightField& a, const HeightField& b, const Locations& a_in_2,
+/// T with both heights at its nodes, and which of its triangles lie in the domain. Of the locations only the kinds are
+/// read, of the fields the heights.
+[[nodiscard]] Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2,
                                const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
                                Comparison& c);
 

@@ -4,6 +4,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "isopach/field/filter.hpp"
@@ -138,29 +139,53 @@ bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
   return far_apart(cell.groups, width / std::sqrt(static_cast<double>(n))) && mixed(cell);
 }
 
-// The deepest level of the quadtree whose occupied squares hold least_mean points or more on average. Squares of level
-// l are runs of keys that share 2 l bits: their number is one more than the neighbours in the order that part by then.
+// The square of the quadtree's finest level that a node lies in.
+struct Square {
+  std::uint32_t x, y;
+};
+Square square_of(const CurveBox& box, const Point2& p) {
+  const auto number = [&](double offset) {
+    return static_cast<std::uint32_t>(std::clamp(offset * box.scale, 0.0, 4294967295.0));
+  };
+  return {number(p.x - box.min.x), number(p.y - box.min.y)};
+}
+
+// Of each node how many levels of squares it shares with the one before it on the curve, 0 to 32. Squares of level l
+// are runs of nodes that share l levels or more.
+Array<unsigned char> shared_levels(const Array<Point2>& xy, const CurveBox& box) {
+  Array<unsigned char> shared(xy.size());
+  for_blocks(xy.size(), default_block, [&](std::size_t begin, std::size_t end) {
+    Square last = square_of(box, xy[begin > 0 ? begin - 1 : 0]);
+    for (std::size_t k = begin; k < end; ++k) {
+      const Square own = square_of(box, xy[k]);
+      shared[k] = static_cast<unsigned char>(k == 0 ? 0 : std::countl_zero((own.x ^ last.x) | (own.y ^ last.y)));
+      last = own;
+    }
+  });
+  return shared;
+}
+
+// The deepest level of the quadtree whose occupied squares hold least_mean points or more on average.
 struct Level {
   int level;
   std::size_t cells;  // occupied
 };
-Level cell_level(const Array<std::uint64_t>& keys) {
-  using Parted = std::array<std::size_t, 33>;
-  const Parted parted = reduce_blocks<Parted>(
-      keys.size(), default_block,
+Level cell_level(const Array<unsigned char>& shared, std::size_t points) {
+  using Counts = std::array<std::size_t, 33>;
+  const Counts counts = reduce_blocks<Counts>(
+      shared.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
-        Parted part{};
-        for (std::size_t k = std::max<std::size_t>(begin, 1); k < end; ++k)
-          if (keys[k] != keys[k - 1]) ++part[static_cast<std::size_t>(std::countl_zero(keys[k] ^ keys[k - 1]) / 2 + 1)];
+        Counts part{};
+        for (std::size_t k = std::max<std::size_t>(begin, 1); k < end; ++k) ++part[shared[k]];
         return part;
       },
-      [](Parted& total, const Parted& part) {
+      [](Counts& total, const Counts& part) {
         for (std::size_t i = 0; i < total.size(); ++i) total[i] += part[i];
       });
   std::size_t cells = 1;
   for (int level = 0; level < 32; ++level) {
-    const std::size_t finer = cells + parted[static_cast<std::size_t>(level + 1)];
-    if (static_cast<double>(keys.size()) < least_mean * static_cast<double>(finer)) return {level, cells};
+    const std::size_t finer = cells + counts[static_cast<std::size_t>(level)];
+    if (static_cast<double>(points) < least_mean * static_cast<double>(finer)) return {level, cells};
     cells = finer;
   }
   return {32, cells};
@@ -181,43 +206,67 @@ class Sample {
   std::uint64_t mask_;
 };
 
+// The heights of the points of each node. Only where points were merged: else they are those of the nodes.
+class Heights {
+ public:
+  Heights(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) : field_(field) {
+    if (field.cleaning.duplicates == 0) return;
+    const std::size_t n = cloud.points.size();
+    const auto for_kept = [&](const auto& work) {
+      for (std::size_t i = 0; i < n; ++i)
+        if (field.node_of_point[i] != no_index) work(i, field.node_of_point[i]);
+    };
+    end_.assign(field.xy.size(), 0);
+    for_kept([&](std::size_t, Index node) { ++end_[node]; });
+    Index sum = 0;
+    for (Index& end : end_) sum += std::exchange(end, sum);
+    z_.resize(sum);
+    for_kept([&](std::size_t i, Index node) { z_[end_[node]++] = frame.to_field(pose.apply(cloud.points[i])).z; });
+  }
+
+  void add_points(std::size_t node, std::vector<Point3>& points) const {
+    const auto& [x, y] = field_.xy[node];
+    if (end_.empty()) {
+      points.push_back({x, y, field_.z[node]});
+    } else {
+      for (Index i = node > 0 ? end_[node - 1] : 0; i < end_[node]; ++i) points.push_back({x, y, z_[i]});
+    }
+  }
+
+ private:
+  const HeightField& field_;
+  Array<Index> end_;  // of the heights of each node
+  Array<double> z_;
+};
+
 struct Tally {
   std::size_t judged = 0, layered = 0;
 };
 
 }  // namespace
 
-double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
+double layered_share(const HeightField& field, const Cloud& cloud, const Pose& pose, const Frame& frame,
                      const Context& context) {
   context.check();
-  const Filter filter(cloud, pose, options);
-  const Cleaning cleaning = count_dropped(filter);
-  require_points(cloud, cleaning);
-  Kept kept = keep_points(filter, frame, cleaning);
-  Array<std::uint64_t> keys;
-  const Array<Index> order = curve_order(kept.xy, frame.curve, &keys);
-  Array<Point2>().swap(kept.xy);
-  context.check();
-
-  const Level found = cell_level(keys);
-  const int level = found.level;
+  const Array<unsigned char> shared = shared_levels(field.xy, frame.curve);
+  const Level found = cell_level(shared, count_kept(field.cleaning));
   const Sample sample(found);
-  const double width = std::ldexp(1 / frame.curve.scale, 32 - level);
-  const auto same_cell = [&](std::size_t i, std::size_t j) {
-    return level == 0 || (keys[i] ^ keys[j]) >> (64 - 2 * level) == 0;
-  };
+  const double width = std::ldexp(1 / frame.curve.scale, 32 - found.level);
+  const auto begins_cell = [&](std::size_t node) { return node == 0 || shared[node] < found.level; };
+  const Heights heights(cloud, pose, frame, field);
   // A cell is judged by the block in which it begins.
   const Tally tally = reduce_blocks<Tally>(
-      keys.size(), default_block,
+      field.xy.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
         Tally part;
         Cell cell;
         std::vector<Point3> points;
         for (std::size_t k = begin; k < end; ++k) {
-          if ((k > 0 && same_cell(k - 1, k)) || !sample.holds(keys[k])) continue;
+          if (!begins_cell(k) || !sample.holds(curve_key(frame.curve, field.xy[k]))) continue;
           points.clear();
-          for (std::size_t i = k; i < keys.size() && same_cell(k, i); ++i)
-            points.push_back(frame.to_field(filter.posed(kept.point(order[i]))));
+          std::size_t node = k;
+          do heights.add_points(node++, points);
+          while (node < field.xy.size() && !begins_cell(node));
           if (points.size() < least_points) continue;
           std::sort(points.begin(), points.end(), [](const Point3& a, const Point3& b) {
             return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
@@ -232,6 +281,13 @@ double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, c
         total.layered += part.layered;
       });
   return tally.judged == 0 ? 0 : static_cast<double>(tally.layered) / static_cast<double>(tally.judged);
+}
+
+double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
+                     const Context& context) {
+  ProjectOptions merging = options;
+  merging.duplicates = DuplicatePolicy::min;  // which, does not matter; an error would
+  return layered_share(project(cloud, pose, frame, merging, context), cloud, pose, frame, context);
 }
 
 }  // namespace isopach

@@ -55,7 +55,9 @@ struct Cell {
   double area;
   std::array<double, 3> d;
 };
-[[nodiscard]] double triangle_area(const Point2& a, const Point2& b, const Point2& c);
+[[nodiscard]] inline double triangle_area(const Point2& a, const Point2& b, const Point2& c) {
+  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+}
 [[nodiscard]] inline Cell cell_at(const CellView& cells, std::size_t i) {
   const auto& v = cells.t.triangles[i].v;
   return {triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]), {cells.d(v[0]), cells.d(v[1]), cells.d(v[2])}};
@@ -74,8 +76,8 @@ struct Parts {
 [[nodiscard]] Measures measure(const CellView& cells, const Context& context);
 
 /// The same over the cells of the exact overlay of both meshes: the exact integrals between the two piecewise linear
-/// surfaces. The cells are not kept but made anew for each of the five passes that percentiles and histogram take.
-/// Oracle: tests/overlay/overlay_test.cpp.
+/// surfaces. The cells are not kept but made anew for each of the three passes (sums, percentiles, histogram). Oracle:
+/// tests/overlay/overlay_test.cpp.
 [[nodiscard]] Measures measure(const Overlay& overlay, const Context& context);
 
 /// … in one pass, without median, nmad, percentiles and histogram (which stay 0 and empty).

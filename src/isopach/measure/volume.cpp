@@ -72,10 +72,11 @@ void describe_distribution(const Source& cells, double area, DifferenceStatistic
   const Distribution<Source> distribution(cells, area, largest, context);
   std::vector<Quantile> wanted{{0.5, false, 0}};
   for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
+  wanted.push_back({0.5, true, 0, 0});  // about the median
   const std::vector<double> found = distribution.quantiles(wanted);
   d.median = found[0];
-  std::copy(found.begin() + 1, found.end(), d.abs_percentiles.begin());
-  d.nmad = 1.4826 * distribution.quantiles({{0.5, true, d.median}})[0];
+  std::copy_n(found.begin() + 1, percentile_levels.size(), d.abs_percentiles.begin());
+  d.nmad = 1.4826 * found.back();
   d.histogram = histogram_of(distribution, d.abs_percentiles[3], largest);
 }
 
@@ -115,10 +116,6 @@ Measures measure_all(const Source& cells, const Context& context) {
 }
 
 }  // namespace
-
-double triangle_area(const Point2& a, const Point2& b, const Point2& c) {
-  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-}
 
 Parts split_volume(const Cell& cell) {
   double d0 = cell.d[0], d1 = cell.d[1], d2 = cell.d[2];

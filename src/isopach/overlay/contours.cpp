@@ -39,17 +39,20 @@ struct Corner {
   Index t, k;
 };
 
+// Always inlined: the compiler drops calls of functions that do nothing but prefetch.
+[[gnu::always_inline]] inline void prefetch(const void* address) { __builtin_prefetch(address); }
+
 // What turns around one node of an interface edge: left (counter-clockwise) around p, right around q. It stands in a
 // dead triangle at the side that leads on, centre→rim, and remembers what it has computed of the triangle beyond, for
 // the same triangle is asked again for every node of the other colour that the contour passes.
 template <bool left>
 class Fan {
  public:
-  Corner at;       // the dead triangle, and its corner at the centre
-  Index centre;    // node
-  Index rim;       // the other end of the side, no_index for the infinite node
-  HalfEdge side;   // that side, as the dead triangle has it: rim→centre (left) or centre→rim (right)
-  Index link;      // twin of the side, or the tag of the interface triangle that leans on it
+  Corner at;      // the dead triangle, and its corner at the centre
+  Index centre;   // node
+  Index rim;      // the other end of the side, no_index for the infinite node
+  HalfEdge side;  // that side, as the dead triangle has it: rim→centre (left) or centre→rim (right)
+  Index link;     // twin of the side, or the tag of the interface triangle that leans on it
 
   Fan(const Mesh& m, Corner corner) : m_(&m) { stand(corner); }
 
@@ -64,14 +67,16 @@ class Fan {
   }
 
   // Whether the circle of the triangle beyond holds q, a node of the other colour, at `w` from the centre.
-  [[nodiscard]] bool beyond_holds(const Point2& q, const Point2& w, double w2) const {
+  [[nodiscard]] bool beyond_holds(const Point2& q, const Point2& w, double w2) {
+    if (beyond_ == Beyond::unseen) look_closely();
     if (beyond_ == Beyond::tagged) return false;  // a side of T: nothing beyond it concerns this contour
     if (beyond_ == Beyond::real) {
       const double vw = v_.d.x * w.y, wv = w.x * v_.d.y, wu = w.x * u_.d.y, uw = u_.d.x * w.y;
       const double det = u_.square * (vw - wv) + v_.square * (wu - uw) + w2 * cross_;
-      const double permanent = (std::fabs(vw) + std::fabs(wv)) * u_.square +
-                               (std::fabs(wu) + std::fabs(uw)) * v_.square + cross_size_ * w2;
-      const double bound = in_circle_filter * permanent + underflow_guard;
+      const double permanent =
+          (std::fabs(vw) + std::fabs(wv)) * u_.square + (std::fabs(wu) + std::fabs(uw)) * v_.square + cross_size_ * w2;
+      // The guard grows with the lifts, as in in_circle_filtered.
+      const double bound = in_circle_filter * permanent + underflow_guard * (1 + u_.square + v_.square + w2);
       if (det > bound) return !left;
       if (det < -bound) return left;
     }
@@ -93,7 +98,7 @@ class Fan {
   [[nodiscard]] const Point2& xy() const { return centre_xy_; }
 
  private:
-  enum class Beyond { tagged, real, ghostly };
+  enum class Beyond { tagged, unseen, real, ghostly };
   struct Relative {
     Point2 d;
     double square;
@@ -110,10 +115,11 @@ class Fan {
   void look_beyond() {
     side = half_edge(at.t, left ? previous_side(at.k) : at.k);
     link = read_shared(m_->triangles[at.t].n[side_of(side)]);
-    if (is_tag(link)) {
-      beyond_ = Beyond::tagged;
-      return;
-    }
+    beyond_ = is_tag(link) ? Beyond::tagged : Beyond::unseen;
+    prefetch(&m_->triangles[triangle_of(is_tag(link) ? side : link)]);
+  }
+
+  void look_closely() {
     apex_ = node(triangle_of(link), previous_side(side_of(link)));
     if (apex_ != no_index) v_ = relative(apex_);
     if (apex_ == no_index || rim == no_index) {
@@ -127,7 +133,7 @@ class Fan {
   }
 
   const Mesh* m_;
-  Point2 centre_xy_;
+  Point2 centre_xy_{};
   Relative u_{}, v_{};  // rim and apex of the triangle beyond, from the centre
   double cross_ = 0, cross_size_ = 0;
   Index apex_ = no_index;
@@ -213,13 +219,18 @@ class Tracer {
     for (;;) {
       const Point2 pq{q.xy().x - p.xy().x, q.xy().y - p.xy().y}, qp{-pq.x, -pq.y};
       const double pq2 = pq.x * pq.x + pq.y * pq.y;
-      while (p.beyond_holds(q.xy(), pq, pq2)) {
-        p.advance();
-        turn_through(A, p.at.t, p.at.k);
-      }
-      while (q.beyond_holds(p.xy(), qp, pq2)) {
-        q.advance();
-        turn_through(B, q.at.t, q.at.k);
+      // By turns, so that what the one fan needs next is on its way while the other is asked.
+      for (bool p_turns = true, q_turns = true; p_turns || q_turns;) {
+        p_turns = p_turns && p.beyond_holds(q.xy(), pq, pq2);
+        if (p_turns) {
+          p.advance();
+          turn_through(A, p.at.t, p.at.k);
+        }
+        q_turns = q_turns && q.beyond_holds(p.xy(), qp, pq2);
+        if (q_turns) {
+          q.advance();
+          turn_through(B, q.at.t, q.at.k);
+        }
       }
       const bool ends = s_.is_same(A, p.rim, q.rim);
       const bool on_left = ends || rim_of_p_wins(p, q, s_.mesh[A], s_.mesh[B]);

@@ -1,9 +1,9 @@
 // merge: the common triangulation T from T1 and T2 in linear time (the paper's section 4, theorem 2).
 //
-// Words. Colours: the nodes of g1 and of g2; a shared node has both; "pure" is a node of one colour. A triangle of T1 or
-// T2 survives if its circle holds no node of the other colour; otherwise it is dead. Every other triangle of T joins
-// colours: an interface triangle. It has exactly one side whose ends are of one colour, an edge of T1 or T2, on which it
-// leans; its two other sides are interface edges. Chains of interface triangles across interface edges are contours.
+// Words. Colours: the nodes of g1 and of g2; a shared node has both; "pure" is a node of one colour. A triangle of T1
+// or T2 survives if its circle holds no node of the other colour; otherwise it is dead. Every other triangle of T joins
+// colours: an interface triangle. It has exactly one side whose ends are of one colour, an edge of T1 or T2, on which
+// it leans; its two other sides are interface edges. Chains of interface triangles across interface edges are contours.
 // The infinite node (third node of every ghost) belongs to both colours, so a contour ends at the hull as at any shared
 // node. Related: Kirkpatrick 1979 (merging Voronoi diagrams by contours), Guibas, Stolfi 1985 (the step along a seam).
 #pragma once

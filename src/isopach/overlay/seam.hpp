@@ -29,8 +29,9 @@ struct Record {
   std::array<Index, 2> across;
 };
 
-// A contour that turns through a corner of a triangle sets this bit of the node there: the triangle is dead then. (Half-
-// edges leave it free: there are at most max_nodes nodes. The infinite node never has it: nothing turns around it.)
+// A contour that turns through a corner of a triangle sets this bit of the node there: the triangle is dead then.
+// (Half- edges leave it free: there are at most max_nodes nodes. The infinite node never has it: nothing turns around
+// it.)
 inline constexpr Index turned_bit = ~(no_index >> 1);
 [[nodiscard]] constexpr Index node_at(Index v) { return v == no_index ? no_index : v & ~turned_bit; }
 [[nodiscard]] constexpr bool is_turned(Index v) { return v != no_index && (v & turned_bit) != 0; }
