@@ -94,7 +94,8 @@ void run(std::size_t n) {
   const double per = 1e9 / static_cast<double>(2 * n);
   const double shared = locate.median(), common = shared + united.median() + measured.median();
   fmt::print(
-      "N {:>8}: trees, locations, heights {:.0f} ns per node; T {:.0f}; its measure {:.0f}; overlay {:.0f} ({:.2f} cells "
+      "N {:>8}: trees, locations, heights {:.0f} ns per node; T {:.0f}; its measure {:.0f}; overlay {:.0f} ({:.2f} "
+      "cells "
       "per node of one mesh, {:.0f} ns per cell); with all statistics {:.0f}; overlay / common after triangulation "
       "{:.2f}, with all statistics {:.2f}; above {:.6g}, common {:.6g}\n",
       n, shared * per, united.median() * per, measured.median() * per, overlay.median() * per,

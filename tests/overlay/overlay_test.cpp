@@ -49,12 +49,8 @@ struct Couple {
     b_at_a = interpolate(a_in_b, a.mesh.xy, b.mesh.triangulation, b.mesh.xy, b.z, {});
     a_at_b = interpolate(b_in_a, b.mesh.xy, a.mesh.triangulation, a.mesh.xy, a.z, {});
   }
-  [[nodiscard]] OverlayMesh first() const {
-    return {a.mesh.triangulation, a.mesh.xy, a.z, a_in_b, b_at_a, kept_a};
-  }
-  [[nodiscard]] OverlayMesh second() const {
-    return {b.mesh.triangulation, b.mesh.xy, b.z, b_in_a, a_at_b, kept_b};
-  }
+  [[nodiscard]] OverlayMesh first() const { return {a.mesh.triangulation, a.mesh.xy, a.z, a_in_b, b_at_a, kept_a}; }
+  [[nodiscard]] OverlayMesh second() const { return {b.mesh.triangulation, b.mesh.xy, b.z, b_in_a, a_at_b, kept_b}; }
   [[nodiscard]] Overlay overlay() const { return {first(), second(), {}}; }
   [[nodiscard]] double shared_hull() const {
     const auto hull = [](const Surface& s) {
@@ -207,7 +203,10 @@ struct PairFamily {
   std::pair<Points, Points> (*make)(std::size_t n, std::size_t m, std::uint64_t seed);
 };
 const PairFamily pair_families[] = {
-    {"uniform", [](auto n, auto m, auto seed) { return std::pair{uniform(n, seed), uniform(m, seed + 1)}; }},
+    {"uniform",
+     [](auto n, auto m, auto seed) {
+       return std::pair{uniform(n, seed), uniform(m, seed + 1)};
+     }},
     {"shared_nodes",
      [](auto n, auto m, auto seed) {
        const Points a = uniform(n, seed);
@@ -219,30 +218,57 @@ const PairFamily pair_families[] = {
        return std::pair{some_of(a, 9, seed), some_of(a, 9, seed + 1)};
      }},
     {"grids_on_one_lattice",
-     [](auto n, auto m, auto) { return std::pair{lattice(n, 1, 0, 0), lattice(m, 1, 3, 2)}; }},
+     [](auto n, auto m, auto) {
+       return std::pair{lattice(n, 1, 0, 0), lattice(m, 1, 3, 2)};
+     }},
     {"grid_of_another_step",
-     [](auto n, auto m, auto) { return std::pair{lattice(n, 1, 0, 0), lattice(m, 2, -4, 1)}; }},
+     [](auto n, auto m, auto) {
+       return std::pair{lattice(n, 1, 0, 0), lattice(m, 2, -4, 1)};
+     }},
     {"grid_between_lines",
-     [](auto n, auto m, auto) { return std::pair{lattice(n, 1, 0, 0), lattice(m, 1, 0.5, 0)}; }},
+     [](auto n, auto m, auto) {
+       return std::pair{lattice(n, 1, 0, 0), lattice(m, 1, 0.5, 0)};
+     }},
     {"grid_and_turned_grid",
-     [](auto n, auto m, auto seed) { return std::pair{grid(n, seed), rotated_grid(m, seed)}; }},
+     [](auto n, auto m, auto seed) {
+       return std::pair{grid(n, seed), rotated_grid(m, seed)};
+     }},
     {"nearly_equal_grids",
-     [](auto n, auto m, auto seed) { return std::pair{near_degenerate(n, seed), near_degenerate(m, seed + 1)}; }},
+     [](auto n, auto m, auto seed) {
+       return std::pair{near_degenerate(n, seed), near_degenerate(m, seed + 1)};
+     }},
     {"inside",
-     [](auto n, auto m, auto seed) { return std::pair{uniform(n, seed), moved(uniform(m, seed + 1), 0.2, 0.3, 0.4)}; }},
+     [](auto n, auto m, auto seed) {
+       return std::pair{uniform(n, seed), moved(uniform(m, seed + 1), 0.2, 0.3, 0.4)};
+     }},
     {"in_few_triangles",
-     [](auto n, auto m, auto seed) { return std::pair{ring(n, seed), moved(uniform(m, seed + 1), 0.1, 0.45, 0.45)}; }},
+     [](auto n, auto m, auto seed) {
+       return std::pair{ring(n, seed), moved(uniform(m, seed + 1), 0.1, 0.45, 0.45)};
+     }},
     {"hulls_that_cross",
-     [](auto n, auto m, auto seed) { return std::pair{dumbbell(n, seed, true), dumbbell(m, seed + 1, false)}; }},
+     [](auto n, auto m, auto seed) {
+       return std::pair{dumbbell(n, seed, true), dumbbell(m, seed + 1, false)};
+     }},
     {"touching_edge",
      [](auto n, auto m, auto seed) {
        return std::pair{joined(lattice(n, 1, 0, 0), moved(uniform(m, seed), 5, 0, 0)), lattice(m, 1, 4, 0)};
      }},
-    {"few_lines", [](auto n, auto m, auto seed) { return std::pair{few_lines(n, seed), few_lines(m, seed + 1)}; }},
+    {"few_lines",
+     [](auto n, auto m, auto seed) {
+       return std::pair{few_lines(n, seed), few_lines(m, seed + 1)};
+     }},
     {"coarse_lattice",
-     [](auto n, auto m, auto seed) { return std::pair{coarse_lattice(n, seed), coarse_lattice(m, seed + 1)}; }},
-    {"circles", [](auto n, auto m, auto seed) { return std::pair{concentric(n, seed), concentric(m, seed + 1)}; }},
-    {"clusters", [](auto n, auto m, auto seed) { return std::pair{clustered(n, seed), clustered(m, seed + 1)}; }},
+     [](auto n, auto m, auto seed) {
+       return std::pair{coarse_lattice(n, seed), coarse_lattice(m, seed + 1)};
+     }},
+    {"circles",
+     [](auto n, auto m, auto seed) {
+       return std::pair{concentric(n, seed), concentric(m, seed + 1)};
+     }},
+    {"clusters",
+     [](auto n, auto m, auto seed) {
+       return std::pair{clustered(n, seed), clustered(m, seed + 1)};
+     }},
 };
 
 class OverlayFamilies : public testing::TestWithParam<PairFamily> {

@@ -1,6 +1,6 @@
-// The cells of either surface as a stream of triangles with d at their corners: what all measures are sums over. A source
-// has items, which are handed out in fixed blocks; for_cells calls f(const Cell&) for every cell of a block, in a fixed
-// order.
+// The cells of either surface as a stream of triangles with d at their corners: what all measures are sums over. A
+// source has items, which are handed out in fixed blocks; for_cells calls f(const Cell&) for every cell of a block, in
+// a fixed order.
 #pragma once
 #include <algorithm>
 

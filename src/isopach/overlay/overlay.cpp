@@ -42,23 +42,23 @@ constexpr unsigned rotated(unsigned mask) { return (mask >> 1) | ((mask & 1) << 
 // An inner node q seen from the outer triangle t0 t1 t2.
 struct NodeView {
   Index id;
-  unsigned out;        // bit i: q lies right of side i, that is outside
-  double x[3], y[3];   // t_i − q
-  double side[3];      // orientation of t_i, t_i+1, q
+  unsigned out;       // bit i: q lies right of side i, that is outside
+  double x[3], y[3];  // t_i − q
+  double side[3];     // orientation of t_i, t_i+1, q
 };
 
 // An inner edge seen from the outer triangle.
 struct EdgeView {
-  bool meets;          // it has a part inside
-  unsigned right;      // bit i: t_i lies right of it
-  unsigned crossed;    // bit i: it crosses side i
-  double side[3];      // its orientation with t_i
+  bool meets;        // it has a part inside
+  unsigned right;    // bit i: t_i lies right of it
+  unsigned crossed;  // bit i: it crosses side i
+  double side[3];    // its orientation with t_i
 };
 
 struct Seen {
-  Index inner;         // the triangle
-  Index entry;         // its side that is known already; 3: none is
-  NodeView a, b;       // nodes of that side
+  Index inner;    // the triangle
+  Index entry;    // its side that is known already; 3: none is
+  NodeView a, b;  // nodes of that side
   EdgeView edge;
 };
 
@@ -323,7 +323,8 @@ Array<Index> triangle_of_nodes(const Triangulation& t) {
   return of;
 }
 
-// Per node of `m` the triangle of `other` that it lies in, shifted; no_index outside. `inner`: `other` is the inner one.
+// Per node of `m` the triangle of `other` that it lies in, shifted; no_index outside. `inner`: `other` is the inner
+// one.
 Array<Index> shifted_locations(const OverlayMesh& m, const OverlayMesh& other, bool inner) {
   Array<Index> found(m.xy.size());
   const bool any_on_node =
@@ -404,7 +405,9 @@ void Overlay::find_late() {
           for (std::size_t i = first + begin; i < first + end; ++i) spread(late_[i], scratch, next);
           return next;
         },
-        [](std::vector<Start>& all, const std::vector<Start>& part) { all.insert(all.end(), part.begin(), part.end()); });
+        [](std::vector<Start>& all, const std::vector<Start>& part) {
+          all.insert(all.end(), part.begin(), part.end());
+        });
   }
 }
 
