@@ -140,7 +140,9 @@ class Options(CliTest):
                 seen.add(text)
 
     def test_surface(self):
-        a, b = self.scans(n=600)
+        a, b = "a.xyz", "b.xyz"
+        self.write(a, points(1, n=600))
+        self.write(b, points(2, n=600, lift=0.01))  # above and below
         common, overlay, both = (self.result("compare", a, b, "--surface", s) for s in ["common", "overlay", "both"])
         self.assertEqual(self.result("compare", a, b)["measure"], common["measure"])
         self.assertEqual(both["measure"], common["measure"])
