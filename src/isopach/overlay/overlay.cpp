@@ -110,7 +110,7 @@ class Found {
 
 struct Overlay::Scratch::Buffers {
   Found found;
-  std::vector<Seen> open;  // a stack
+  Array<Seen> open;  // a stack
   Array<OverlayCell> cells;
 };
 
@@ -137,11 +137,20 @@ class Overlay::Flood {
     b_.found.clear();
     b_.cells.clear();
     (void)b_.found.add(start);
-    visit({start, 3, {}, {}, {}});
+    for (unsigned k = 0; k < 3; ++k) node_[k] = view(i_.t.triangles[start].v[k]);
+    for (unsigned k = 0; k < 3; ++k) edge_[k] = view(node_[k], node_[next3(k)]);
+    visit(start, 0, 3);
     while (!b_.open.empty()) {
-      const Seen seen = b_.open.back();
+      const Seen& seen = b_.open.back();
+      const Index inner = seen.inner, entry = seen.entry;
+      node_[0] = seen.a;
+      node_[1] = seen.b;
+      edge_[0] = seen.edge;
       b_.open.pop_back();
-      visit(seen);
+      node_[2] = view(i_.t.triangles[inner].v[previous_side(entry)]);
+      edge_[1] = view(node_[1], node_[2]);
+      edge_[2] = view(node_[2], node_[0]);
+      visit(inner, entry, 0);
     }
   }
 
@@ -184,26 +193,21 @@ class Overlay::Flood {
     return {e.meets, ~e.right & 7u, e.crossed, {-e.side[0], -e.side[1], -e.side[2]}};
   }
 
-  void visit(const Seen& seen) {
-    const Triangle& s = i_.t.triangles[seen.inner];
-    if (seen.entry == 3) {
-      for (unsigned k = 0; k < 3; ++k) node_[k] = view(s.v[k]);
-      for (unsigned k = 0; k < 3; ++k) edge_[k] = view(node_[k], node_[next3(k)]);
-    } else {
-      const unsigned k = static_cast<unsigned>(seen.entry), m = next3(k), n = next3(m);
-      node_[k] = seen.a;
-      node_[m] = seen.b;
-      node_[n] = view(s.v[n]);
-      edge_[k] = seen.edge;
-      edge_[m] = view(node_[m], node_[n]);
-      edge_[n] = view(node_[n], node_[k]);
-    }
-    add_cell(seen.inner);
-    for (unsigned k = 0; k < 3; ++k) {
-      if (k == seen.entry || !edge_[k].meets) continue;
-      const Index next = triangle_of(s.n[k]);
+  // node_ and edge_ are those of the triangle, from its side `first` on; edge `known` has been crossed.
+  void visit(Index inner, Index first, unsigned known) {
+    add_cell(inner);
+    const auto& twins = i_.t.triangles[inner].n;
+    Index side = first;
+    for (unsigned k = 0; k < 3; ++k, side = next_side(side)) {
+      if (k == known || !edge_[k].meets) continue;
+      const Index next = triangle_of(twins[side]);
       if (i_.t.is_ghost(next) || !b_.found.add(next)) continue;
-      b_.open.push_back({next, side_of(s.n[k]), node_[next3(k)], node_[k], reversed(edge_[k])});
+      Seen& seen = b_.open.emplace_back();
+      seen.inner = next;
+      seen.entry = side_of(twins[side]);
+      seen.a = node_[next3(k)];
+      seen.b = node_[k];
+      seen.edge = reversed(edge_[k]);
     }
   }
 
