@@ -57,7 +57,7 @@ struct EdgeView {
 
 struct Seen {
   Index inner;    // the triangle
-  Index entry;    // its side that is known already; 3: none is
+  Index entry;    // its side that is known already
   NodeView a, b;  // nodes of that side
   EdgeView edge;
 };
