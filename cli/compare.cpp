@@ -69,8 +69,10 @@ void add_projection_options(Command& command, Request& request) {
 void add_measure_options(Command& command, Request& request) {
   CompareOptions& options = request.options;
   command.heading("Measure");
-  command.choice<Surface>("--surface", options.surface, {{"common", Surface::common}},
-                          "Cells of the integral; common: the Delaunay triangulation of both scans together");
+  command.choice<Surface>("--surface", options.surface,
+                          {{"common", Surface::common}, {"overlay", Surface::overlay}, {"both", Surface::both}},
+                          "Cells of the integral; common: the Delaunay triangulation of both scans together; overlay: "
+                          "exact between the triangulations of each; both: common, with the overlay's beside it");
   command.choice<DomainKind>(
       "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
       "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "

@@ -139,6 +139,41 @@ class Options(CliTest):
                 self.assertNotIn(text, seen)
                 seen.add(text)
 
+    def test_surface(self):
+        a, b = "a.xyz", "b.xyz"
+        self.write(a, points(1, n=600))
+        self.write(b, points(2, n=600, lift=0.01))  # above and below
+        common, overlay, both = (self.result("compare", a, b, "--surface", s) for s in ["common", "overlay", "both"])
+        self.assertEqual(self.result("compare", a, b)["measure"], common["measure"])
+        self.assertEqual(both["measure"], common["measure"])
+        self.assertEqual(both["difference"], common["difference"])
+        self.assertIsNone(common["surfaces"])
+        self.assertIsNone(overlay["surfaces"])
+        for key in ["above", "below", "net", "absolute"]:
+            self.assertNotEqual(overlay["volume"][key], common["volume"][key])
+            self.assertEqual(both["surfaces"]["common"][key], common["volume"][key])
+            self.assertEqual(both["surfaces"]["overlay"][key], overlay["volume"][key])
+            self.assertEqual(both["surfaces"]["overlay_minus_common"][key], overlay["volume"][key] - common["volume"][key])
+        self.assertEqual(both["surfaces"]["overlay"]["area"], overlay["domain"]["area"])
+        self.assertGreater(overlay["domain"]["area"], common["domain"]["area"])  # T has no node where the hulls cross
+        self.assertAlmostEqual(sum(overlay["difference"]["histogram"]["areas"]), overlay["domain"]["area"], places=6)
+        self.assertIn("exact overlay", self.run_cli("compare", a, b, "--surface", "both").stdout)
+        self.assertIn("exact overlay", self.run_cli("compare", a, b, "--surface", "overlay").stdout)
+        self.assertNotIn("exact overlay", self.run_cli("compare", a, b).stdout)
+        self.run_cli("compare", a, b, "--surface", "both", "-o", "out")
+        self.assertIn("exact overlay", self.path("out/report.html").read_text())
+        for surface in ["overlay", "both"]:
+            self.fails(2, "compare", a, b, "--surface", surface, "--domain", "hull", says=["--surface", "--domain hull"])
+
+    def test_surface_does_not_depend_on_threads_or_way(self):
+        a, b = self.scans(n=3000)
+        results = [self.result("compare", a, b, "--surface", "overlay", *more)
+                   for more in [("--threads", "1"), ("--threads", "7"), ("--locate", "tree"), ("--locate", "interface"),
+                                ("--locate", "order")]]
+        for key in ["domain", "measure", "volume", "difference"]:
+            for result in results[1:]:
+                self.assertEqual(result[key], results[0][key])
+
     def test_locate_changes_the_way_and_not_the_result(self):
         a, b = self.scans()
         results = {way: self.result("compare", a, b, "--locate", way) for way in ["tree", "interface", "order"]}

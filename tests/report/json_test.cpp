@@ -49,6 +49,8 @@ TEST(ComparisonJson, IsValidAgainstItsSchema) {
   c.options.project.crop = Box2{{0, 0}, {5, 5}};
   c.a.crs = "EPSG:25832";
   c.rho_dv = 0.25;
+  c.options.surface = Surface::both;
+  c.overlay = c.measures;
   EXPECT_EQ(violations(Json::parse(comparison_json(c, {}))), "");
 }
 
@@ -78,9 +80,10 @@ TEST(ComparisonJson, TheSchemaCheckCanFail) {
 
 TEST(ComparisonJson, KeysAreInTheOrderOfTheContract) {
   const Json j = Json::parse(comparison_json(hills(), {}));
-  const std::vector<std::string> order{
-      "schema",     "tool",           "inputs",       "parameters",  "pose",   "domain",  "measure",  "volume",
-      "difference", "triangulations", "localisation", "uncertainty", "border", "outputs", "warnings", "timing_s"};
+  const std::vector<std::string> order{"schema",         "tool",         "inputs",      "parameters", "pose",
+                                       "domain",         "measure",      "volume",      "surfaces",   "difference",
+                                       "triangulations", "localisation", "uncertainty", "border",     "outputs",
+                                       "warnings",       "timing_s"};
   EXPECT_EQ(keys(j), order);
   EXPECT_EQ(keys(j["volume"]), (std::vector<std::string>{"above", "below", "net", "absolute"}));
   EXPECT_EQ(keys(j["measure"]), (std::vector<std::string>{"rho", "rho_dv", "error_estimate"}));

@@ -18,6 +18,7 @@ namespace {
 Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context) {
   Comparison c;
   c.options = options;
+  stages::check_options(options);
   stages::check_units(cloud_a, cloud_b, options, c);
   stages::Clock clock(c.timing, context);
 
@@ -63,6 +64,11 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("merge");
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
+  if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
+    clock.start("overlay");
+    stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, c, context);
+    clock.start("merge");
+  }
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
   if (options.locate == LocateMethod::tree)  // 5. theorem 2: T1 and T2 become T
@@ -75,7 +81,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();
-  c.measures = measure(cells, context);
+  if (options.surface != Surface::overlay) c.measures = measure(cells, context);
   stages::describe_domain(cells, c);
   clock.stop();
   return c;

@@ -1,5 +1,6 @@
 // Comparison: everything one comparison found. Reports are written from it; nothing is computed after it.
 #pragma once
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -48,7 +49,8 @@ struct Comparison {
   InputSummary a, b;
   std::string unit = "unknown";  ///< of lengths in the result ("unknown" is never taken for metres)
   double domain_area = 0, area_union = 0, coverage = 0;
-  Measures measures;
+  Measures measures;                                ///< over options.surface; over T for `both`
+  std::optional<Measures> overlay;                  ///< `both` alone: the sums over the exact overlay (see sum_up)
   double rho_dv = -1;                               ///< negative: not computed
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;

@@ -7,7 +7,9 @@
 
 namespace isopach {
 
-enum class Surface { common };  ///< which cells the integral runs over
+/// Which cells the integral runs over: the triangles of T, the exact overlay of T1 and T2, or T with the overlay
+/// beside.
+enum class Surface { common, overlay, both };
 enum class DomainKind { overlap, hull };
 enum class BorderRule { hull };
 enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp

@@ -137,6 +137,13 @@ void Clock::stop() {
   stage_.clear();
 }
 
+void check_options(const CompareOptions& options) {
+  if (options.surface != Surface::common && options.domain == DomainKind::hull)
+    throw UsageError(
+        "--surface: the exact overlay ends where one of the surfaces does: leave --domain hull out, or take --surface "
+        "common");
+}
+
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
   for (const auto& [cloud, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}}) {
     for (const std::string& note : cloud->notes) {  // readers that know the file's name have said it
@@ -279,6 +286,14 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
       },
       [](Index& total, Index part) { total += part; });
   return cells;
+}
+
+void measure_overlay(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context) {
+  const Overlay overlay(m1, m2, context);
+  if (c.options.surface == Surface::both)
+    c.overlay = sum_up(overlay, context);
+  else
+    c.measures = measure(overlay, context);
 }
 
 void describe_domain(const CellView& cells, Comparison& c) {

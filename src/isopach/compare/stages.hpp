@@ -6,6 +6,7 @@
 #include "isopach/compare/comparison.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
+#include "isopach/overlay/overlay.hpp"
 
 namespace isopach::stages {
 
@@ -23,6 +24,9 @@ class Clock {
   std::string stage_;
   Time::time_point since_;
 };
+
+/// Refuses options that contradict one another.
+void check_options(const CompareOptions& options);
 
 /// Refuses degrees, pseudo-Mercator and differing CRS or units unless options.allow_crs; sets the unit of the result.
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c);
@@ -59,6 +63,10 @@ struct Common {
 [[nodiscard]] Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2,
                                const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
                                Comparison& c);
+
+/// Measures over the exact overlay, as options.surface asks for: all of them into c.measures, or the sums into
+/// c.overlay.
+void measure_overlay(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context);
 
 /// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, Comparison& c);

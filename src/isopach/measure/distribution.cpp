@@ -95,10 +95,11 @@ struct Share {
 // Area where d ≤ v, exactly, for v in given intervals. One pass over the cells.
 class AreaUpTo {
  public:
-  AreaUpTo(const CellView& cells, const std::vector<Interval>& intervals) : intervals_(intervals) {
-    const std::size_t blocks = (cells.t.real + block - 1) / block;
+  template <class Source>
+  AreaUpTo(const Source& cells, const std::vector<Interval>& intervals) : intervals_(intervals) {
+    const std::size_t blocks = (items_of(cells) + block - 1) / block;
     shares_.resize(blocks);
-    for_blocks(cells.t.real, block,
+    for_blocks(items_of(cells), block,
                [&](std::size_t begin, std::size_t end) { shares_[begin / block] = shares_of(cells, begin, end); });
     total_.resize(intervals.size());
     for (const auto& shares : shares_)
@@ -141,19 +142,19 @@ class AreaUpTo {
   }
 
  private:
-  [[nodiscard]] std::vector<Share> shares_of(const CellView& cells, std::size_t begin, std::size_t end) const {
+  template <class Source>
+  [[nodiscard]] std::vector<Share> shares_of(const Source& cells, std::size_t begin, std::size_t end) const {
     std::vector<double> low, high;
     for (const Interval& i : intervals_) low.push_back(i.low), high.push_back(i.high);
     std::vector<Share> shares(low.size() + 1);
-    for (std::size_t i = begin; i < end; ++i) {
-      if (cells.in_domain[i] == 0) continue;
-      const Cell cell = sorted(cell_at(cells, i));
+    for_cells(cells, begin, end, [&](const Cell& unsorted) {
+      const Cell cell = sorted(unsorted);
       std::size_t first = 0, last = 0;  // intervals that the cell reaches into
       for (const double x : high) first += x < cell.d[0] ? 1 : 0;
       for (const double x : low) last += x <= cell.d[2] ? 1 : 0;
       for (std::size_t k = first; k < last; ++k) shares[k].add(cell, intervals_[k]);
       shares[last].before.add(cell.area);
-    }
+    });
     return shares;
   }
 
@@ -162,21 +163,39 @@ class AreaUpTo {
   std::vector<Share> total_;
 };
 
-// Points strewn over a sample of the cells: an estimate of the distribution, to know where to look for a quantile.
+// One of the cells of an item, and the area that it stands for.
+std::pair<Cell, double> cell_by_chance(const CellView& cells, std::size_t item, std::size_t) {
+  if (cells.in_domain[item] == 0) return {};
+  const Cell cell = cell_at(cells, item);
+  return {cell, cell.area};
+}
+std::pair<Cell, double> cell_by_chance(const Overlay& overlay, std::size_t item, std::size_t draw) {
+  std::pair<Cell, double> result{};
+  for_cells(overlay, item, item + 1, [&](const Cell& cell) { result.second += cell.area; });
+  double left = RandomStream(0, 1).uniform(draw) * result.second;
+  for_cells(overlay, item, item + 1, [&](const Cell& cell) {
+    if (left >= 0) result.first = cell;
+    left -= cell.area;
+  });
+  return result;
+}
+
+// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
 class Estimate {
  public:
-  explicit Estimate(const CellView& cells) {
+  template <class Source>
+  explicit Estimate(const Source& cells) {
     constexpr std::size_t enough = 1 << 16;
-    const std::size_t n = cells.t.real, step = n / enough + 1;
+    const std::size_t n = items_of(cells), step = n / enough + 1;
     const RandomStream random(0, 0);
     for (std::size_t i = 0; i < n; i += step) {
       const std::size_t k =
           std::min(n - 1, i + static_cast<std::size_t>(random.uniform(3 * i) * static_cast<double>(step)));
-      if (cells.in_domain[k] == 0) continue;
-      const Cell cell = cell_at(cells, k);
+      const auto [cell, area] = cell_by_chance(cells, k, i);
+      if (!(area > 0)) continue;
       double s = random.uniform(3 * i + 1), t = random.uniform(3 * i + 2);
       if (s + t > 1) s = 1 - s, t = 1 - t;
-      points_.emplace_back(cell.d[0] + s * (cell.d[1] - cell.d[0]) + t * (cell.d[2] - cell.d[0]), cell.area);
+      points_.emplace_back(cell.d[0] + s * (cell.d[1] - cell.d[0]) + t * (cell.d[2] - cell.d[0]), area);
     }
     std::sort(points_.begin(), points_.end());
     double squares = 0;
@@ -358,24 +377,26 @@ double area_below(const Cell& cell, double v) {
   return cell.area - cell.area * ((d2 - v) / (d2 - d0)) * ((d2 - v) / (d2 - d1));
 }
 
-Distribution::Distribution(const CellView& cells, double area, double limit, const Context& context)
+template <class Source>
+Distribution<Source>::Distribution(const Source& cells, double area, double limit, const Context& context)
     : cells_(cells), context_(context), area_(area), limit_(limit) {}
 
-std::vector<double> Distribution::area_up_to_edges(double low, double high, std::size_t count) const {
+template <class Source>
+std::vector<double> Distribution<Source>::area_up_to_edges(double low, double high, std::size_t count) const {
   context_.check();
   return reduce_blocks<EdgeSums>(
-             cells_.t.real, block,
+             items_of(cells_), block,
              [&](std::size_t begin, std::size_t end) {
                EdgeSums part(low, high, count);
-               for (std::size_t i = begin; i < end; ++i)
-                 if (cells_.in_domain[i] != 0) part.add(cell_at(cells_, i));
+               for_cells(cells_, begin, end, [&](const Cell& cell) { part.add(cell); });
                return part;
              },
              [](EdgeSums& total, const EdgeSums& part) { total.add(part); })
       .values();
 }
 
-std::vector<double> Distribution::areas_between(double low, double high, std::size_t count) const {
+template <class Source>
+std::vector<double> Distribution<Source>::areas_between(double low, double high, std::size_t count) const {
   std::vector<double> edges = area_up_to_edges(low, high, count);
   edges.front() = 0;
   edges.back() = area_;
@@ -384,7 +405,8 @@ std::vector<double> Distribution::areas_between(double low, double high, std::si
   return areas;
 }
 
-std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted) const {
+template <class Source>
+std::vector<double> Distribution<Source>::quantiles(const std::vector<Quantile>& wanted) const {
   context_.check();
   const Estimate estimate(cells_);
   std::vector<Search> searches;
@@ -418,5 +440,8 @@ std::vector<double> Distribution::quantiles(const std::vector<Quantile>& wanted)
   for (const Search& s : searches) found.push_back(*s.found);
   return found;
 }
+
+template class Distribution<CellView>;
+template class Distribution<Overlay>;
 
 }  // namespace isopach

@@ -8,7 +8,7 @@
 #pragma once
 #include <vector>
 
-#include "isopach/measure/measures.hpp"
+#include "isopach/measure/cells.hpp"
 
 namespace isopach {
 
@@ -24,10 +24,12 @@ struct Quantile {
   std::size_t about = nothing;  ///< if set, the centre is the quantile of that number, one that is asked for before
 };
 
+/// Of the cells of a source, a CellView or an Overlay (see cells.hpp).
+template <class Source>
 class Distribution {
  public:
   /// `area` of the domain, `limit` ≥ |d| everywhere, > 0.
-  Distribution(const CellView& cells, double area, double limit, const Context& context);
+  Distribution(const Source& cells, double area, double limit, const Context& context);
 
   /// One pass for all that are asked for (another one, rarely, where the sample misled). Oracle:
   /// tests/measure/distribution_test.cpp.
@@ -39,9 +41,11 @@ class Distribution {
  private:
   [[nodiscard]] std::vector<double> area_up_to_edges(double low, double high, std::size_t count) const;
 
-  const CellView& cells_;
+  const Source& cells_;
   const Context& context_;
   double area_, limit_;
 };
+extern template class Distribution<CellView>;
+extern template class Distribution<Overlay>;
 
 }  // namespace isopach

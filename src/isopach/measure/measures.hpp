@@ -7,6 +7,7 @@
 
 #include "isopach/base/context.hpp"
 #include "isopach/delaunay/triangulation.hpp"
+#include "isopach/overlay/overlay.hpp"
 
 namespace isopach {
 
@@ -73,5 +74,13 @@ struct Parts {
 /// for any number of threads; swapping the surfaces swaps above and below to the last bit. Cost O(cells). Oracle:
 /// tests/measure (subdivision, closed forms, sampling).
 [[nodiscard]] Measures measure(const CellView& cells, const Context& context);
+
+/// The same over the cells of the exact overlay of both meshes: the exact integrals between the two piecewise linear
+/// surfaces. The cells are not kept but made anew for each of the three passes (sums, percentiles, histogram). Oracle:
+/// tests/overlay/overlay_test.cpp.
+[[nodiscard]] Measures measure(const Overlay& overlay, const Context& context);
+
+/// … in one pass, without median, nmad, percentiles and histogram (which stay 0 and empty).
+[[nodiscard]] Measures sum_up(const Overlay& overlay, const Context& context);
 
 }  // namespace isopach

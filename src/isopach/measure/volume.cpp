@@ -17,11 +17,10 @@ struct Totals {
   double max_above = 0, max_below = 0;
 };
 
-Totals totals_of(const CellView& cells, std::size_t begin, std::size_t end) {
+template <class Source>
+Totals totals_of(const Source& cells, std::size_t begin, std::size_t end) {
   Totals t;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    const Cell cell = cell_at(cells, i);
+  for_cells(cells, begin, end, [&](const Cell& cell) {
     const Parts parts = split_volume(cell);
     const auto [d0, d1, d2] = cell.d;
     t.area.add(cell.area);
@@ -31,7 +30,7 @@ Totals totals_of(const CellView& cells, std::size_t begin, std::size_t end) {
     t.squares.add(cell.area / 12 * (d0 * d0 + d1 * d1 + d2 * d2 + (d0 + d1 + d2) * (d0 + d1 + d2)));
     t.max_above = std::max({t.max_above, d0, d1, d2});
     t.max_below = std::max({t.max_below, -d0, -d1, -d2});
-  }
+  });
   return t;
 }
 
@@ -52,7 +51,8 @@ Parts corner_above(double area, double c, double a, double b) {
 }
 
 // Half-width of the histogram: most of the area, not the last outlier.
-Histogram histogram_of(const Distribution& distribution, double p99, double largest) {
+template <class Source>
+Histogram histogram_of(const Distribution<Source>& distribution, double p99, double largest) {
   constexpr std::size_t count = 101;
   const double half = p99 > 0 ? std::min(largest, 1.5 * p99) : largest;
   Histogram h;
@@ -62,13 +62,14 @@ Histogram histogram_of(const Distribution& distribution, double p99, double larg
   return h;
 }
 
-void describe_distribution(const CellView& cells, double area, DifferenceStatistics& d, const Context& context) {
+template <class Source>
+void describe_distribution(const Source& cells, double area, DifferenceStatistics& d, const Context& context) {
   const double largest = std::max(d.max_above, d.max_below);
   if (!(largest > 0)) {  // d is 0 everywhere
     d.histogram = {{-1, 1}, {area}};
     return;
   }
-  const Distribution distribution(cells, area, largest, context);
+  const Distribution<Source> distribution(cells, area, largest, context);
   std::vector<Quantile> wanted{{0.5, false, 0}};
   for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
   wanted.push_back({0.5, true, 0, 0});  // about the median
@@ -77,6 +78,41 @@ void describe_distribution(const CellView& cells, double area, DifferenceStatist
   std::copy_n(found.begin() + 1, percentile_levels.size(), d.abs_percentiles.begin());
   d.nmad = 1.4826 * found.back();
   d.histogram = histogram_of(distribution, d.abs_percentiles[3], largest);
+}
+
+// All but the distribution.
+Measures measures_of(const Totals& t) {
+  Measures m;
+  m.area = t.area.value();
+  if (!(m.area > 0)) return m;
+  m.volume.above = t.above.value();
+  m.volume.below = t.below.value();
+  m.volume.net = m.volume.above - m.volume.below;
+  m.volume.absolute = m.volume.above + m.volume.below;
+  m.rho = m.volume.absolute / m.area;
+  DifferenceStatistics& d = m.difference;
+  d.mean = m.volume.net / m.area;
+  const double mean_square = t.squares.value() / m.area;
+  d.rms = std::sqrt(mean_square);
+  d.std = std::sqrt(std::max(0.0, mean_square - d.mean * d.mean));
+  d.max_above = t.max_above;
+  d.max_below = t.max_below;
+  return m;
+}
+
+template <class Source>
+Measures sums_over(const Source& cells, const Context& context) {
+  context.check();
+  return measures_of(reduce_blocks<Totals>(
+      items_of(cells), block, [&](std::size_t begin, std::size_t end) { return totals_of(cells, begin, end); },
+      combine));
+}
+
+template <class Source>
+Measures measure_all(const Source& cells, const Context& context) {
+  Measures m = sums_over(cells, context);
+  if (m.area > 0) describe_distribution(cells, m.area, m.difference, context);
+  return m;
 }
 
 }  // namespace
@@ -95,27 +131,8 @@ Parts split_volume(const Cell& cell) {
   return {mirrored.below, mirrored.above};
 }
 
-Measures measure(const CellView& cells, const Context& context) {
-  context.check();
-  const Totals t = reduce_blocks<Totals>(
-      cells.t.real, block, [&](std::size_t begin, std::size_t end) { return totals_of(cells, begin, end); }, combine);
-  Measures m;
-  m.area = t.area.value();
-  if (!(m.area > 0)) return m;
-  m.volume.above = t.above.value();
-  m.volume.below = t.below.value();
-  m.volume.net = m.volume.above - m.volume.below;
-  m.volume.absolute = m.volume.above + m.volume.below;
-  m.rho = m.volume.absolute / m.area;
-  DifferenceStatistics& d = m.difference;
-  d.mean = m.volume.net / m.area;
-  const double mean_square = t.squares.value() / m.area;
-  d.rms = std::sqrt(mean_square);
-  d.std = std::sqrt(std::max(0.0, mean_square - d.mean * d.mean));
-  d.max_above = t.max_above;
-  d.max_below = t.max_below;
-  describe_distribution(cells, m.area, d, context);
-  return m;
-}
+Measures measure(const CellView& cells, const Context& context) { return measure_all(cells, context); }
+Measures measure(const Overlay& overlay, const Context& context) { return measure_all(overlay, context); }
+Measures sum_up(const Overlay& overlay, const Context& context) { return sums_over(overlay, context); }
 
 }  // namespace isopach

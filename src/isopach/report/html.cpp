@@ -287,6 +287,14 @@ class Page {
     row("coverage", percent("domain.coverage"), "%", "area compared ÷ area of both");
     row("error of the integral", plain("measure.error_estimate"), unit(1),
         "of ρ, by the integration alone; 0 where it is in closed form. Noise of the scans is not in it");
+    if (at("surfaces").is_object()) {
+      row("gained, exact overlay", plain("surfaces.overlay.above"), unit(3),
+          "the same between the two triangulations themselves, not over the common one");
+      row("lost, exact overlay", plain("surfaces.overlay.below"), unit(3), "likewise");
+      row("net, exact overlay", with_sign("surfaces.overlay.net"), unit(3), "likewise");
+      row("gross, overlay − common", with_sign("surfaces.overlay_minus_common.absolute"), unit(3),
+          "how much the choice of triangles alone matters");
+    }
     close_table();
     out_ += "<p class=\"soft\">Uncertainty of the scans: model “" +
             escaped(at("uncertainty.model").get<std::string>()) + "”" +

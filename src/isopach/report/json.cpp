@@ -80,6 +80,23 @@ Json pose_json(const Pose& pose) {
   return {{"matrix", rows}};
 }
 
+/// The sums over T, over the exact overlay, and what the second has more than the first. Null where one of them only
+/// was asked for.
+Json surfaces_json(const Comparison& c) {
+  if (!c.overlay) return nullptr;
+  const auto sums = [](const Measures& m, const Measures& less) {
+    return Json{{"area", real(m.area - less.area)},
+                {"rho", real(m.rho - less.rho)},
+                {"above", real(m.volume.above - less.volume.above)},
+                {"below", real(m.volume.below - less.volume.below)},
+                {"net", real(m.volume.net - less.volume.net)},
+                {"absolute", real(m.volume.absolute - less.volume.absolute)}};
+  };
+  return {{"common", sums(c.measures, {})},
+          {"overlay", sums(*c.overlay, {})},
+          {"overlay_minus_common", sums(*c.overlay, c.measures)}};
+}
+
 Json difference_json(const DifferenceStatistics& d) {
   Json percentiles;
   for (std::size_t i = 0; i < percentile_levels.size(); ++i)
@@ -131,6 +148,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
         {"below", real(m.volume.below)},
         {"net", real(m.volume.net)},
         {"absolute", real(m.volume.absolute)}}},
+      {"surfaces", surfaces_json(c)},
       {"difference", difference_json(m.difference)},
       {"triangulations", {{"t1", c.t1}, {"t2", c.t2}, {"common", c.common}, {"interface", c.interface}}},
       {"localisation",

@@ -82,6 +82,14 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   s.value("largest", signed_number(d.max_above, plain), 1, "above, " + signed_number(-d.max_below, plain) + " below");
   s.value("area compared", n(c.domain_area), 2,
           fixed_number(100 * c.coverage, 1, plain) + " % of the area of both scans");
+  if (c.options.surface == Surface::overlay) s.line("surface", "exact overlay of the two triangulations");
+  if (c.overlay) {
+    const Volume &v = c.overlay->volume, &w = m.volume;
+    s.value("exact overlay", signed_number(v.net, plain), 3, "net; gained " + n(v.above) + ", lost " + n(v.below));
+    s.value("", signed_number(v.net - w.net, plain), 3,
+            "more than above; gained " + signed_number(v.above - w.above, plain) + ", lost " +
+                signed_number(v.below - w.below, plain));
+  }
   if (truth) add_truth(s, *truth, m);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
   s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));

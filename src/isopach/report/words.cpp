@@ -175,7 +175,17 @@ const char* to_text(DuplicatePolicy policy) {
   }
   return "";
 }
-const char* to_text(Surface) { return "common"; }
+const char* to_text(Surface surface) {
+  switch (surface) {
+    case Surface::common:
+      return "common";
+    case Surface::overlay:
+      return "overlay";
+    case Surface::both:
+      return "both";
+  }
+  return "";
+}
 const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
 const char* to_text(BorderRule) { return "hull"; }
 const char* to_text(LocateMethod method) {

@@ -1,0 +1,96 @@
+// overlay: the planar overlay of T1 and T2, cell by cell (METHOD section 3, "exact overlay"). A cell is the
+// intersection of a triangle of T1 with a triangle of T2: a convex polygon of at most six corners, on which both
+// surfaces are linear.
+//
+// Words. The mesh with more triangles is the outer one: its triangles are gone through, in order and in parallel; the
+// other is the inner one, in which a flood finds the triangles that meet an outer triangle. A corner of a cell is a
+// node of either mesh or the crossing of an edge of one with an edge of the other.
+//
+// Every decision is the sign of an orientation of three *nodes*; no constructed point enters a predicate. No sign is
+// ever 0: the inner mesh is shifted by (ε, ε²), ε infinitesimal, so shared nodes, nodes on edges and collinear edges
+// are told apart by comparing coordinates (symbolic perturbation after Edelsbrunner, Mücke 1990; a translation keeps
+// the mesh as it is). The limit ε → 0 changes no integral; it only adds cells without area where the meshes touch.
+// Coordinates of crossings are computed in doubles, relative to the outer triangle, for the integral alone.
+#pragma once
+#include <array>
+#include <memory>
+#include <span>
+#include <vector>
+
+#include "isopach/base/context.hpp"
+#include "isopach/delaunay/triangulation.hpp"
+#include "isopach/overlay/location.hpp"
+
+namespace isopach {
+
+/// One of the two surfaces. The arrays belong to the caller and stay alive while the overlay is used.
+struct OverlayMesh {
+  const Triangulation& t;
+  std::span<const Point2> xy;
+  std::span<const double> z;
+  const Locations& in_other;                 ///< of each node in the other triangulation
+  std::span<const double> other_z;           ///< height of the other surface at each node (see interpolate)
+  std::span<const unsigned char> kept = {};  ///< one per real triangle: part of the domain; empty = all
+};
+
+struct OverlayCell {
+  Index t1, t2;      ///< the two triangles
+  unsigned corners;  ///< 3 to 6, counter-clockwise
+  unsigned sides;    ///< bit i: side i of the outer triangle is, in part, a side of the cell
+  Point2 origin;     ///< x, y are relative to it: a corner of the outer triangle
+  std::array<double, 6> x, y;
+  std::array<double, 6> z1, z2;  ///< both surfaces at the corners
+
+  [[nodiscard]] double d(unsigned corner) const { return z2[corner] - z1[corner]; }
+};
+
+class Overlay {
+ public:
+  /// Finds where every outer triangle meets the inner mesh. Cost O(nodes), plus the cells at the rim of the inner hull.
+  /// Only where no node of the outer mesh lies in the inner hull: O(h1 h2) at worst for hulls of h1, h2 edges that
+  /// reach into the box of the other hull.
+  Overlay(const OverlayMesh& m1, const OverlayMesh& m2, const Context& context);
+
+  /// Work is handed out by item: [0, items()), each an outer triangle and the cells in it.
+  [[nodiscard]] std::size_t items() const { return outer_.t.real + late_.size(); }
+
+  class Scratch;
+
+  /// The cells of an item, in an order that depends on the meshes alone; valid until `scratch` is used again. Cells in
+  /// triangles that are not kept are left out. Cost O(cells). All cells of all items are the overlay: each once.
+  /// Exchanging the meshes gives the same cells with z1 and z2 exchanged, to the last bit. Oracle:
+  /// tests/overlay/overlay_test.cpp (all pairs of triangles clipped).
+  [[nodiscard]] std::span<const OverlayCell> cells(std::size_t item, Scratch& scratch) const;
+
+ private:
+  struct Start {
+    Index outer, inner;  // triangles with a common interior
+  };
+  class Flood;
+
+  [[nodiscard]] bool has_node_inside(Index outer_triangle) const;
+  [[nodiscard]] Index start_of(Index outer_triangle) const;
+  void find_late();
+  void spread(const Start& from, Scratch& scratch, std::vector<Start>& next) const;
+  [[nodiscard]] std::vector<Start> at_the_rim() const;
+  [[nodiscard]] std::vector<Start> without_nodes_inside() const;
+
+  bool exchanged_;  // the outer mesh is mesh 2
+  OverlayMesh outer_, inner_;
+  Array<Index> start_;       // per outer node the inner triangle it lies in, or no_index
+  std::vector<Start> late_;  // outer triangles without a node in the inner hull
+};
+
+/// Buffers for one block of items.
+class Overlay::Scratch {
+ public:
+  Scratch();
+  ~Scratch();
+
+ private:
+  friend class Overlay;
+  struct Buffers;
+  std::unique_ptr<Buffers> buffers_;
+};
+
+}  // namespace isopach
