@@ -18,6 +18,7 @@ namespace {
 Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context) {
   Comparison c;
   c.options = options;
+  stages::check_options(options);
   stages::check_units(cloud_a, cloud_b, options, c);
   stages::Clock clock(c.timing, context);
 
@@ -61,19 +62,22 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   both([&] { f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context); },
        [&] { f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context); });
 
-  clock.start("merge");
+  clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
-  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
-  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
+  const stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, options, context);
+  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.in_2.other, f2_at_a, -1);
+  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.in_1.other, f1_at_b, +1);
+
+  clock.start("merge");
   t1 = {}, t2 = {};
   if (options.locate != LocateMethod::interface)  // 5. T
     common = stages::triangulate_common(a, b, c.frame, context);
-  c.cells = stages::make_cells(std::move(common), a, b, a_in_2, b_in_1, f2_at_a, f1_at_b, c);
+  c.cells = stages::make_cells(std::move(common), a, b, a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();
   c.measures = measure(cells, context);
-  stages::describe_domain(cells, c);
+  stages::describe_domain(cells, borders, c);
   clock.stop();
   return c;
 }

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/border.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 
@@ -24,6 +25,9 @@ class Clock {
   Time::time_point since_;
 };
 
+/// Refuses a longest edge that is no length.
+void check_options(const CompareOptions& options);
+
 /// Refuses degrees, pseudo-Mercator and differing CRS or units unless options.allow_crs; sets the unit of the result.
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c);
 
@@ -35,9 +39,19 @@ void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightFie
 void describe_meshes(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
                      const Locations& a_in_2, const Locations& b_in_1, Comparison& c);
 
+/// The nodes of both scans against the footprints of both.
+struct Borders {
+  Margins in_1, in_2;
+  double kept_area = 0, removed_area = 0;  ///< of the two footprints, added up
+};
+/// What each scan supports of its hull, by options.border and options.max_edge.
+[[nodiscard]] Borders find_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a,
+                                   const HeightField& b, const Locations& a_in_2, const Locations& b_in_1,
+                                   const CompareOptions& options, const Context& context);
+
 /// sign −1: other surface − own height (A); +1: own height − other surface (B). NaN where there is none.
 [[nodiscard]] PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame,
-                                       const HeightField& field, const Locations& where, const Array<double>& other,
+                                       const HeightField& field, const Margin& in_other, const Array<double>& other,
                                        int sign);
 
 /// The common triangulation and its nodes.
@@ -49,12 +63,13 @@ struct Common {
 [[nodiscard]] Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame,
                                         const Context& context);
 
-/// T with both heights at its nodes, and which of its triangles lie in the domain.
+/// T with both heights at its nodes, and which of its triangles lie in the domain. Sets c.trimmed_area and
+/// c.trimmed_volume to what the borders took from it, in units of area and volume.
 [[nodiscard]] Cells make_cells(Common common, const HeightField& a, const HeightField& b, const Locations& a_in_2,
-                               const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
-                               Comparison& c);
+                               const Locations& b_in_1, const Borders& borders, const Array<double>& f2_at_a,
+                               const Array<double>& f1_at_b, Comparison& c);
 
-/// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
-void describe_domain(const CellView& cells, Comparison& c);
+/// Area, coverage, shares trimmed and of long border triangles; throws OverlapError below options.min_coverage.
+void describe_domain(const CellView& cells, const Borders& borders, Comparison& c);
 
 }  // namespace isopach::stages

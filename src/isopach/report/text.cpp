@@ -82,6 +82,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   s.value("largest", signed_number(d.max_above, plain), 1, "above, " + signed_number(-d.max_below, plain) + " below");
   s.value("area compared", n(c.domain_area), 2,
           fixed_number(100 * c.coverage, 1, plain) + " % of the area of both scans");
+  s.line("border", border_sentence(c));
   if (truth) add_truth(s, *truth, m);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
   s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));
