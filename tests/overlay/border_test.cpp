@@ -63,6 +63,7 @@ double longest2(const Triangle& t, std::span<const Point2> xy) {
 
 // The rule as it is written down: sets of neighbours, sorted lists, and passes over all triangles until nothing changes.
 std::vector<unsigned char> by_definition(const Triangulation& t, std::span<const Point2> xy) {
+  if (t.real == 0) return {};
   std::vector<std::set<Index>> neighbours(t.nodes);
   for (Index i = 0; i < t.real; ++i)
     for (const Index v : t.triangles[i].v)
