@@ -62,8 +62,8 @@ TEST(CompareBorder, TrimTakesTheFalseCutAwayThatSliversAlongTheHullMake) {
   const Height change = [](const Point2& p) { return 0.002 * (p.x - 250); };
   for (const std::uint64_t seed : {1, 2, 3}) {
     const Cloud a = cloud_over(square_with_corners(100000, seed), relief);
-    const Cloud b = cloud_over(square_with_corners(100000, seed + 10),
-                               [&](const Point2& p) { return relief(p) + change(p); });
+    const Cloud b =
+        cloud_over(square_with_corners(100000, seed + 10), [&](const Point2& p) { return relief(p) + change(p); });
     const Comparison hull = compare_with(BorderRule::hull, a, b), trim = compare_with(BorderRule::trim, a, b);
     const Height in_frame = [&](const Point2& p) { return change({p.x + hull.frame.origin.x, 0}); };
     const FalseCut over_hull = false_cut(hull, in_frame), over_trim = false_cut(trim, in_frame);
@@ -136,7 +136,8 @@ TEST(CompareBorder, OverTheHullIsTheUnionOfBothFootprints) {
   EXPECT_NEAR(side_by_side.domain_area, 1.5, 0.01);
   EXPECT_EQ(side_by_side.coverage, 1);
   EXPECT_NEAR(compare_with(BorderRule::trim, a, apart, DomainKind::hull).domain_area, 2, 0.01);
-  EXPECT_NEAR(compare_with(BorderRule::hull, a, apart, DomainKind::hull).domain_area, 4, 1e-9) << "Conv(g), the paper's";
+  EXPECT_NEAR(compare_with(BorderRule::hull, a, apart, DomainKind::hull).domain_area, 4, 1e-9)
+      << "Conv(g), the paper's";
 }
 
 TEST(CompareBorder, ThinningBothScansMovesTheDomainLittle) {

@@ -61,7 +61,8 @@ double longest2(const Triangle& t, std::span<const Point2> xy) {
   return std::max({squared(xy[t.v[0]], xy[t.v[1]]), squared(xy[t.v[1]], xy[t.v[2]]), squared(xy[t.v[2]], xy[t.v[0]])});
 }
 
-// The rule as it is written down: sets of neighbours, sorted lists, and passes over all triangles until nothing changes.
+// The rule as it is written down: sets of neighbours, sorted lists, and passes over all triangles until nothing
+// changes.
 std::vector<unsigned char> by_definition(const Triangulation& t, std::span<const Point2> xy) {
   if (t.real == 0) return {};
   std::vector<std::set<Index>> neighbours(t.nodes);
@@ -145,9 +146,10 @@ TEST(Border, KeepsTheShapeOfASurvey) {
     double area;
     std::size_t n;
   };
-  for (const Shape& shape :
-       {Shape{"square", everywhere, 1, 20000}, {"L", in_corner_shape, 0.75, 50000},
-        {"ring", in_ring, pi * (0.25 - 0.0625), 50000}, {"strips", in_strips, 0.8, 200000}})
+  for (const Shape& shape : {Shape{"square", everywhere, 1, 20000},
+                             {"L", in_corner_shape, 0.75, 50000},
+                             {"ring", in_ring, pi * (0.25 - 0.0625), 50000},
+                             {"strips", in_strips, 0.8, 200000}})
     for (const std::uint64_t seed : {1, 2})
       EXPECT_NEAR(trimmed_area(sample(shape.n, seed, shape.inside)), shape.area, 0.01 * shape.area) << shape.name;
 }
@@ -242,7 +244,8 @@ TEST(Border, KnowsNoUnit) {
 TEST(Border, RemovesTrianglesWithAnEdgeLongerThanAllowed) {
   const SortedTriangulation s = triangulate_once(sample(3000, 33, everywhere));
   const double limit = 0.03;
-  const Footprint hull = footprint(s.triangulation, s.xy, false, limit, {}), both = trimmed(s, limit), trim = trimmed(s);
+  const Footprint hull = footprint(s.triangulation, s.xy, false, limit, {}), both = trimmed(s, limit),
+                  trim = trimmed(s);
   ASSERT_FALSE(hull.is_whole());
   for (Index i = 0; i < s.triangulation.real; ++i) {
     const bool too_long = longest2(s.triangulation.triangles[i], s.xy) > limit * limit;
@@ -253,7 +256,8 @@ TEST(Border, RemovesTrianglesWithAnEdgeLongerThanAllowed) {
   EXPECT_TRUE(footprint(s.triangulation, s.xy, false, 0, {}).is_whole());
 }
 
-// Margins against every triangle: a point is outside, on the rim or inside as the triangles that it touches are removed.
+// Margins against every triangle: a point is outside, on the rim or inside as the triangles that it touches are
+// removed.
 TEST(Border, MarginsAreWhatTheTrianglesRoundAPointSay) {
   for (const std::uint64_t seed : {41, 42}) {
     Points points = sample(800, seed, in_ring);

@@ -23,8 +23,7 @@ double longest_edge2(const Triangle& t, std::span<const Point2> xy) {
 Array<HalfEdge> leaving_edges(const Triangulation& t) {
   Array<HalfEdge> leaving(t.nodes);
   for_each_index(t.real, [&](std::size_t i) {
-    for (Index k = 0; k < 3; ++k)
-      write_shared(leaving[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));
+    for (Index k = 0; k < 3; ++k) write_shared(leaving[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));
   });
   return leaving;
 }
@@ -62,9 +61,7 @@ double third_edge2(const Triangulation& t, std::span<const Point2> xy, Index nod
 
 Array<double> squared_spacings(const Triangulation& t, std::span<const Point2> xy, const Array<HalfEdge>& leaving) {
   Array<double> own(t.nodes), spacing(t.nodes);
-  for_each_index(t.nodes, [&](std::size_t i) {
-    own[i] = third_edge2(t, xy, static_cast<Index>(i), leaving[i]);
-  });
+  for_each_index(t.nodes, [&](std::size_t i) { own[i] = third_edge2(t, xy, static_cast<Index>(i), leaving[i]); });
   for_each_index(t.nodes, [&](std::size_t i) {
     double longest = 0, second = 0;
     for_edges_round(t, leaving[i], [&](HalfEdge h) {
@@ -93,8 +90,8 @@ void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned cha
           const double s2 = std::max({spacing2[triangle.v[0]], spacing2[triangle.v[1]], spacing2[triangle.v[2]]});
           mark[i] = length2 > rim_stretch * rim_stretch * s2 ? stretched : kept;
           if (mark[i] == kept) continue;
-          const bool at_hull = std::any_of(triangle.n.begin(), triangle.n.end(),
-                                           [&](HalfEdge h) { return t.is_ghost(triangle_of(h)); });
+          const bool at_hull =
+              std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) { return t.is_ghost(triangle_of(h)); });
           if (!at_hull && length2 <= gap_stretch * gap_stretch * s2) continue;
           mark[i] = taken;
           seeds.push_back(static_cast<Index>(i));
@@ -240,8 +237,8 @@ Margins margins(const Footprint& f, const Triangulation& t, std::span<const Poin
 
 namespace {
 
-// Whether the centroid of from, b, c, where `from` lies on the line p→q, is strictly left of it. Only where b and c lie on
-// either side does rounding have a say, and then twice.
+// Whether the centroid of from, b, c, where `from` lies on the line p→q, is strictly left of it. Only where b and c lie
+// on either side does rounding have a say, and then twice.
 bool turns_left(const Point2& p, const Point2& q, const Point2& b, const Point2& c) {
   const int to_b = orientation(p, q, b), to_c = orientation(p, q, c);
   if (to_b >= 0 && to_c >= 0) return to_b + to_c > 0;
@@ -251,8 +248,8 @@ bool turns_left(const Point2& p, const Point2& q, const Point2& b, const Point2&
 
 }  // namespace
 
-// Whether the way to the centroid of from, b, c starts in one of the gaps at `node`: left of all their sides that `from`
-// lies on.
+// Whether the way to the centroid of from, b, c starts in one of the gaps at `node`: left of all their sides that
+// `from` lies on.
 bool FootprintOfNodes::leads_out(Index node, const Point2& from, const Point2& b, const Point2& c) const {
   const bool is_own = own_[node] != no_index;
   const Margin& margin = is_own ? m_.own : m_.other;
