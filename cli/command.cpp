@@ -205,6 +205,15 @@ CLI::Validator not_negative() {
   });
 }
 
+CLI::Validator positive() {
+  return validator([](std::string& text) {
+    double value = 0;
+    return read_all(text, value) && 0 < value && std::isfinite(value)
+               ? std::string()
+               : fmt::format("'{}' is not a number above 0", text);
+  });
+}
+
 CLI::Validator not_empty() {
   return validator([](std::string& text) { return text.empty() ? std::string("the name is empty") : std::string(); });
 }

@@ -22,6 +22,7 @@ namespace isopach::cli {
                                           std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
 [[nodiscard]] CLI::Validator share();  ///< a number from 0 to 1
 [[nodiscard]] CLI::Validator not_negative();
+[[nodiscard]] CLI::Validator positive();
 [[nodiscard]] CLI::Validator not_empty();
 
 /// A verb's parser. Options declared here appear in its --help and may stand in its --config file.

@@ -201,6 +201,7 @@ void whole(const Setup& setup, Page& page) {
   const Cloud a = surface_scan(setup.n, 1, 1), b = surface_scan(setup.n, 2, 2);
   CompareOptions bare;
   bare.check_layers = false;
+  bare.border = BorderRule::hull;  // what the rivals triangulate
   std::optional<Comparison> found, checked;
   rival::Volume theirs;
   const auto drop = [&] { found.reset(), checked.reset(); };

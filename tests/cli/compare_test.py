@@ -132,7 +132,7 @@ class Options(CliTest):
         self.write("b.xyz", points(2, n=600, lift=0.5) + [(x, y, z + 4) for x, y, z in points(2, n=600, lift=0.5)[::9]])
         self.write("pose.txt", ["1 0 0 0.5", "0 1 0 0", "0 0 1 -0.5", "0 0 0 1"])
         seen = {json.dumps(self.result("compare", a, b)["measure"])}
-        for words in [("--domain", "hull"), ("--duplicates", "min"), ("--duplicates", "max"), ("--direction", "0.1,0,1"),
+        for words in [("--domain", "hull"), ("--border", "hull"), ("--max-edge", "2"), ("--duplicates", "min"), ("--duplicates", "max"), ("--direction", "0.1,0,1"),
                       ("--direction", "fit"), ("--crop", "2,2,20,15"), ("--pose", "pose.txt")]:
             with self.subTest(words=words):
                 text = json.dumps(self.result("compare", a, b, *words)["measure"])
@@ -173,6 +173,28 @@ class Options(CliTest):
         for key in ["domain", "measure", "volume", "difference"]:
             for result in results[1:]:
                 self.assertEqual(result[key], results[0][key])
+
+    def test_border_says_what_it_trimmed(self):
+        """A ring: its hole is no part of it, unless the hull is asked for."""
+        ring = [(x / 2, y / 2) for x in range(-40, 41) for y in range(-40, 41) if 100 <= x * x + y * y <= 1600]
+        self.write("a.xyz", [(x, y, 1.0) for x, y in ring])
+        self.write("b.xyz", [(x, y, 1.25) for x, y in ring])
+        trim, hull = self.result("compare", "a.xyz", "b.xyz"), self.result("compare", "a.xyz", "b.xyz", "--border", "hull")
+        self.assertEqual([r["border"]["rule"] for r in [trim, hull]], ["trim", "hull"])
+        self.assertEqual([r["parameters"]["border"] for r in [trim, hull]], ["trim", "hull"])
+        self.assertAlmostEqual(trim["border"]["trimmed_area"], 1 - trim["domain"]["area"] / hull["domain"]["area"])
+        self.assertAlmostEqual(trim["border"]["trimmed_volume"], trim["border"]["trimmed_area"], msg="the lift is even")
+        self.assertGreater(trim["border"]["trimmed_area"], 0.05)
+        self.assertEqual(hull["border"]["trimmed_area"], 0)
+        self.assertIn(" % of the area and ", self.run_cli("compare", "a.xyz", "b.xyz").stdout)
+        self.assertIn("hull: nothing left out", self.run_cli("compare", "a.xyz", "b.xyz", "--border", "hull").stdout)
+
+    def test_max_edge_is_in_the_parameters(self):
+        a, b = self.scans()
+        self.assertIsNone(self.result("compare", a, b)["parameters"]["max_edge"])
+        result = self.result("compare", a, b, "--border", "hull", "--max-edge", "2.5")
+        self.assertEqual(result["parameters"]["max_edge"], 2.5)
+        self.assertGreater(result["border"]["trimmed_area"], 0)
 
     def test_locate_changes_the_way_and_not_the_result(self):
         a, b = self.scans()

@@ -21,7 +21,8 @@ class Usage(CliTest):
 
     def test_bad_values_name_their_option(self):
         for option, value in [("--threads", "x"), ("--threads", "-1"), ("--surface", "round"), ("--domain", "all"),
-                              ("--border", "soft"), ("--duplicates", "some"), ("--locate", "luck"),
+                              ("--border", "soft"), ("--max-edge", "0"), ("--max-edge", "-1"), ("--max-edge", "inf"),
+                              ("--max-edge", "long"), ("--duplicates", "some"), ("--locate", "luck"),
                               ("--direction", "up"), ("--direction", "0,0,0"), ("--direction", "1,2"),
                               ("--crop", "1,2,3"), ("--crop", "9,0,1,1"), ("--class", "ground"), ("--class", "1.5"),
                               ("--class", "300"), ("--unit", "furlong"), ("--min-coverage", "1.5"),
@@ -36,6 +37,7 @@ class Usage(CliTest):
         a, b = self.scans()
         for words, says in [(["--threads", "x"], "'x' is not a whole number from 0 to 4096"),
                             (["--min-coverage", "2"], "'2' is not a number from 0 to 1"),
+                            (["--max-edge", "0"], "--max-edge: '0' is not a number above 0"),
                             (["--duplicates"], "its value is missing: mean|min|max"),
                             (["--crop", "0,0,9,9", "--crop", "0,0,5,5"], "--crop: given more than once"),
                             (["--config", "nowhere.cfg"], "--config nowhere.cfg: cannot be read"),

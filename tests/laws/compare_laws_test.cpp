@@ -17,6 +17,7 @@ namespace {
 CompareOptions over(DomainKind domain) {
   CompareOptions options;
   options.domain = domain;
+  options.border = BorderRule::hull;  // the oracles integrate over convex hulls
   options.check_layers = false;
   return options;
 }

@@ -62,27 +62,30 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   both([&] { f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context); },
        [&] { f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context); });
 
-  clock.start("merge");
+  clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
+  const stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, options, context);
+  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.in_2.other, f2_at_a, -1);
+  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.in_1.other, f1_at_b, +1);
+
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
     clock.start("overlay");
-    stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, c, context);
-    clock.start("merge");
+    stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, borders, c, context);
   }
-  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, a_in_2, f2_at_a, -1);
-  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, b_in_1, f1_at_b, +1);
+
+  clock.start("merge");
   if (options.locate == LocateMethod::tree)  // 5. theorem 2: T1 and T2 become T
     common = stages::merge_common(std::move(t1), std::move(t2), a, b, a_in_2, b_in_1, c.frame, context);
   t1 = {}, t2 = {};
   for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
   if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
-  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, f2_at_a, f1_at_b, c);
+  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();
   if (options.surface != Surface::overlay) c.measures = measure(cells, context);
-  stages::describe_domain(cells, c);
+  stages::describe_domain(cells, borders, c);
   clock.stop();
   return c;
 }

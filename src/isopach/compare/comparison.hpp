@@ -54,8 +54,11 @@ struct Comparison {
   double rho_dv = -1;                               ///< negative: not computed
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;
+  double trimmed_area = 0,
+         trimmed_volume = 0;  ///< what options.border and max_edge left out: shares of the area and of the absolute
+                              ///< volume that the hulls alone would give
   double sliver_area = 0,
-         sliver_volume = 0;  ///< of long thin triangles along the hull, shares of domain and of absolute volume
+         sliver_volume = 0;  ///< of long thin triangles along the border, shares of domain and of absolute volume
   Cells cells;
   PointFields fields_a, fields_b;
   std::vector<std::string> warnings;

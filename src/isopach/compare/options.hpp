@@ -11,7 +11,7 @@ namespace isopach {
 /// beside.
 enum class Surface { common, overlay, both };
 enum class DomainKind { overlap, hull };
-enum class BorderRule { hull };
+enum class BorderRule { trim, hull };
 enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp
 
 struct CompareOptions {
@@ -19,7 +19,9 @@ struct CompareOptions {
   Pose pose;               ///< applied to B before anything else; default identity
   Surface surface = Surface::common;
   DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
-  BorderRule border = BorderRule::hull;
+  /// trim: only what the sampling supports, overlay/border.hpp; hull: the paper's.
+  BorderRule border = BorderRule::trim;
+  double max_edge = 0;  ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do
   std::string unit;          ///< overrides the unit of both inputs; empty = as in the files

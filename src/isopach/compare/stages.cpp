@@ -115,8 +115,24 @@ void describe_slivers(const CellView& cells, Comparison& c) {
     c.warnings.push_back(
         fmt::format("long thin triangles along the border of the scans carry {:.1f} % of the absolute volume on {:.1f} "
                     "% of the area: "
-                    "they bridge gaps between the outermost points, so look at the map before trusting that part",
-                    100 * c.sliver_volume, 100 * c.sliver_area));
+                    "they bridge gaps between the outermost points, so look at the map before trusting that part{}",
+                    100 * c.sliver_volume, 100 * c.sliver_area,
+                    c.options.border == BorderRule::hull ? ", or leave them out with --border trim" : ""));
+}
+
+// Of the union. What the footprints share is not known exactly, only the cells that lie in both; those miss of it what
+// the cells of the hulls miss of the hulls' intersection, along its border.
+double area_of_both_footprints(const Borders& borders, const Comparison& c) {
+  if (c.options.domain == DomainKind::hull) return c.domain_area;
+  const double shared_by_hulls = borders.kept_area + borders.removed_area - c.area_union;
+  return borders.kept_area - shared_by_hulls * (c.domain_area / (c.domain_area + c.trimmed_area));
+}
+
+// One flag per real triangle, as the overlay wants them; nothing where all are kept.
+Array<unsigned char> kept_flags(const Footprint& f) {
+  Array<unsigned char> kept(f.removed.size());
+  for_each_index(kept.size(), [&](std::size_t i) { kept[i] = f.removed[i] == 0 ? 1 : 0; });
+  return kept;
 }
 
 }  // namespace
@@ -142,6 +158,9 @@ void check_options(const CompareOptions& options) {
     throw UsageError(
         "--surface: the exact overlay ends where one of the surfaces does: leave --domain hull out, or take --surface "
         "common");
+  if (!(options.max_edge >= 0) || std::isinf(options.max_edge))
+    throw UsageError(
+        fmt::format("--max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));
 }
 
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
@@ -217,13 +236,33 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
         "the scans do not overlap in the projection plane: check their coordinate systems, or match them first");
 }
 
+Borders find_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                     const Locations& a_in_2, const Locations& b_in_1, const CompareOptions& options,
+                     const Context& context) {
+  const bool trim = options.border == BorderRule::trim;
+  Borders borders;
+  Footprint &f1 = borders.footprint_1, &f2 = borders.footprint_2;
+  both(
+      [&] {
+        f1 = footprint(t1, a.xy, trim, options.max_edge, context);
+        borders.in_1 = margins(f1, t1, a.xy, b_in_1, context);
+      },
+      [&] {
+        f2 = footprint(t2, b.xy, trim, options.max_edge, context);
+        borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
+      });
+  borders.kept_area = f1.area + f2.area;
+  borders.removed_area = f1.removed_area + f2.removed_area;
+  return borders;
+}
+
 PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
-                         const Locations& where, const Array<double>& other, int sign) {
+                         const Margin& in_other, const Array<double>& other, int sign) {
   PointFields f;
   f.dz_signed.resize(cloud.points.size());
   for_each_index(cloud.points.size(), [&](std::size_t i) {
     const Index node = field.node_of_point[i];
-    if (node == no_index || !inside(where.kind[node])) {
+    if (node == no_index || !in_other.covers(node)) {
       f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
       return;
     }
@@ -250,7 +289,7 @@ Common triangulate_common(const HeightField& a, const HeightField& b, const Fram
 }
 
 Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
-                 const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c) {
+                 const Borders& borders, const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c) {
   Cells cells;
   UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
@@ -269,26 +308,54 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
   const Triangulation& t = cells.triangulation;
   c.common = t.real;
   cells.in_domain.resize(t.real);
-  const bool whole_hull = c.options.domain == DomainKind::hull;
-  c.interface = reduce_blocks<Index>(
+  const bool over_hull = c.options.domain == DomainKind::hull;
+  const FootprintOfNodes in_1(borders.in_1, g.of_1, g.of_2), in_2(borders.in_2, g.of_2, g.of_1);
+  const bool anything_goes = over_hull && c.options.border == BorderRule::hull && !(c.options.max_edge > 0);
+  const auto supported = [&](const std::array<Index, 3>& v) {
+    if (anything_goes) return true;
+    return over_hull ? in_1.holds(v, cells.xy) || in_2.holds(v, cells.xy)
+                     : in_1.holds(v, cells.xy) && in_2.holds(v, cells.xy);
+  };
+  struct Found {
+    Index interface = 0;
+    Sum trimmed_area, trimmed_volume;
+  };
+  const CellView view = cells.view();
+  const Found found = reduce_blocks<Found>(
       t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        Index count = 0;
+        Found part;
         for (std::size_t i = begin; i < end; ++i) {
           const auto& v = t.triangles[i].v;
-          cells.in_domain[i] =
-              whole_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0) ? 1 : 0;
+          const bool in_hulls =
+              over_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0);
+          cells.in_domain[i] = in_hulls && supported(v) ? 1 : 0;
+          if (in_hulls && cells.in_domain[i] == 0) {
+            const Cell cell = cell_at(view, i);
+            const Parts parts = split_volume(cell);
+            part.trimmed_area.add(cell.area);
+            part.trimmed_volume.add(parts.above + parts.below);
+          }
           bool all_1 = true, all_2 = true;
           for (const Index node : v) all_1 &= g.of_1[node] != no_index, all_2 &= g.of_2[node] != no_index;
-          count += !all_1 && !all_2 ? 1 : 0;
+          part.interface += !all_1 && !all_2 ? 1 : 0;
         }
-        return count;
+        return part;
       },
-      [](Index& total, Index part) { total += part; });
+      [](Found& total, const Found& part) {
+        total.interface += part.interface;
+        total.trimmed_area.add(part.trimmed_area);
+        total.trimmed_volume.add(part.trimmed_volume);
+      });
+  c.interface = found.interface;
+  c.trimmed_area = found.trimmed_area.value();
+  c.trimmed_volume = found.trimmed_volume.value();
   return cells;
 }
 
-void measure_overlay(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context) {
+void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Comparison& c, const Context& context) {
+  const Array<unsigned char> kept_1 = kept_flags(borders.footprint_1), kept_2 = kept_flags(borders.footprint_2);
+  m1.kept = kept_1, m2.kept = kept_2;
   const Overlay overlay(m1, m2, context);
   if (c.options.surface == Surface::both)
     c.overlay = sum_up(overlay, context);
@@ -296,12 +363,20 @@ void measure_overlay(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c
     c.measures = measure(overlay, context);
 }
 
-void describe_domain(const CellView& cells, Comparison& c) {
+void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
   c.domain_area = c.measures.area;
+  if (!(c.domain_area > 0) && c.trimmed_area > 0)
+    throw OverlapError(
+        "no part of the area that the scans share is sampled densely enough by both: every triangle was trimmed; use "
+        "--border hull, or a larger --max-edge");
   if (!(c.domain_area > 0))
     throw OverlapError(
         "the common area of the scans holds no cell to measure: they touch, overlap in a sliver only, or all points "
         "lie on one line");
+  if (borders.removed_area > 0) c.area_union = area_of_both_footprints(borders, c);
+  c.trimmed_area /= c.domain_area + c.trimmed_area;
+  const double untrimmed_volume = c.measures.volume.absolute + c.trimmed_volume;
+  if (untrimmed_volume > 0) c.trimmed_volume /= untrimmed_volume;
   if (!(c.area_union > 0)) c.area_union = c.domain_area;  // two lines span a hull but cover nothing themselves
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
   if (c.coverage < c.options.min_coverage)

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/border.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 #include "isopach/overlay/overlay.hpp"
@@ -25,7 +26,7 @@ class Clock {
   Time::time_point since_;
 };
 
-/// Refuses options that contradict one another.
+/// Refuses options that contradict one another, and a longest edge that is no length.
 void check_options(const CompareOptions& options);
 
 /// Refuses degrees, pseudo-Mercator and differing CRS or units unless options.allow_crs; sets the unit of the result.
@@ -39,9 +40,20 @@ void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightFie
 void describe_meshes(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
                      const Locations& a_in_2, const Locations& b_in_1, Comparison& c);
 
+/// The nodes of both scans against the footprints of both.
+struct Borders {
+  Footprint footprint_1, footprint_2;
+  Margins in_1, in_2;
+  double kept_area = 0, removed_area = 0;  ///< of the two footprints, added up
+};
+/// What each scan supports of its hull, by options.border and options.max_edge.
+[[nodiscard]] Borders find_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a,
+                                   const HeightField& b, const Locations& a_in_2, const Locations& b_in_1,
+                                   const CompareOptions& options, const Context& context);
+
 /// sign −1: other surface − own height (A); +1: own height − other surface (B). NaN where there is none.
 [[nodiscard]] PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame,
-                                       const HeightField& field, const Locations& where, const Array<double>& other,
+                                       const HeightField& field, const Margin& in_other, const Array<double>& other,
                                        int sign);
 
 /// The common triangulation and its nodes.
@@ -58,17 +70,18 @@ struct Common {
 [[nodiscard]] Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame,
                                         const Context& context);
 
-/// T with both heights at its nodes, and which of its triangles lie in the domain. Of the locations only the kinds are
+/// T with both heights at its nodes, and which of its triangles lie in the domain. Sets c.trimmed_area and
+/// c.trimmed_volume to what the borders took from it, in units of area and volume. Of the locations only the kinds are
 /// read, of the fields the heights.
 [[nodiscard]] Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2,
-                               const Locations& b_in_1, const Array<double>& f2_at_a, const Array<double>& f1_at_b,
-                               Comparison& c);
+                               const Locations& b_in_1, const Borders& borders, const Array<double>& f2_at_a,
+                               const Array<double>& f1_at_b, Comparison& c);
 
-/// Measures over the exact overlay, as options.surface asks for: all of them into c.measures, or the sums into
-/// c.overlay.
-void measure_overlay(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context);
+/// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
+/// into c.measures, or the sums into c.overlay.
+void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Comparison& c, const Context& context);
 
-/// Area, coverage, share of long border triangles; throws OverlapError below options.min_coverage.
-void describe_domain(const CellView& cells, Comparison& c);
+/// Area, coverage, shares trimmed and of long border triangles; throws OverlapError below options.min_coverage.
+void describe_domain(const CellView& cells, const Borders& borders, Comparison& c);
 
 }  // namespace isopach::stages

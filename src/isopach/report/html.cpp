@@ -427,8 +427,11 @@ class Page {
     row("triangles visited", whole("localisation.visited_1_in_2"), "",
         "to place the nodes of A in B, method " + escaped(at("localisation.method").get<std::string>()));
     row("", whole("localisation.visited_2_in_1"), "", "to place the nodes of B in A");
+    row("border trimmed", percent("border.trimmed_area"), "% of area",
+        "left out: not supported by the sampling, at the rim and in holes");
+    row("", percent("border.trimmed_volume"), "% of volume", "of the gross volume that the hulls alone would give");
     row("border slivers", percent("border.sliver_area"), "% of area",
-        "long thin triangles along the hull, kept in the measure");
+        "long thin triangles along the border, kept in the measure");
     row("", percent("border.sliver_volume"), "% of volume", "their share of the gross volume");
     for (const auto& [stage, seconds] : json_.at("timing_s").items()) {
       std::string words = stage;

@@ -90,6 +90,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
             "more than above; gained " + signed_number(v.above - w.above, plain) + ", lost " +
                 signed_number(v.below - w.below, plain));
   }
+  s.line("border", border_sentence(c));
   if (truth) add_truth(s, *truth, m);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
   s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));

@@ -124,6 +124,13 @@ std::string unit_sentence(const std::string& unit) {
   return unit == "unknown" || unit.empty() ? "units unknown (as in the files)" : unit_text(unit);
 }
 
+std::string border_sentence(const Comparison& c) {
+  const std::string rule = to_text(c.options.border);
+  if (c.trimmed_area == 0) return rule + ": nothing left out";
+  return fmt::format("{}: {:.2g} % of the area and {:.2g} % of the volume left out as not sampled", rule,
+                     100 * c.trimmed_area, 100 * c.trimmed_volume);
+}
+
 std::string clean_utf8(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
@@ -187,7 +194,7 @@ const char* to_text(Surface surface) {
   return "";
 }
 const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
-const char* to_text(BorderRule) { return "hull"; }
+const char* to_text(BorderRule border) { return border == BorderRule::trim ? "trim" : "hull"; }
 const char* to_text(LocateMethod method) {
   switch (method) {
     case LocateMethod::tree:

@@ -41,6 +41,9 @@ enum class Typography { plain, fine };
 /// "m", or "units unknown (as in the files)".
 [[nodiscard]] std::string unit_sentence(const std::string& unit);
 
+/// What the border rule left out, in one line.
+[[nodiscard]] std::string border_sentence(const Comparison& c);
+
 /// Last part of the path; the role where there is no path. Always valid UTF-8 without control characters.
 [[nodiscard]] std::string input_name(const InputSummary& input);
 

@@ -1,0 +1,281 @@
+#include "isopach/overlay/border.hpp"
+
+#include <algorithm>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+#include "isopach/geom/predicates.hpp"
+
+namespace isopach {
+
+namespace {
+
+double squared_distance(const Point2& p, const Point2& q) {
+  return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y);
+}
+
+double longest_edge2(const Triangle& t, std::span<const Point2> xy) {
+  const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
+  return std::max({squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)});
+}
+
+/// By node: a half-edge that starts there (which one is left to chance: what is made of it is a set).
+Array<HalfEdge> leaving_edges(const Triangulation& t) {
+  Array<HalfEdge> leaving(t.nodes);
+  for_each_index(t.real, [&](std::size_t i) {
+    for (Index k = 0; k < 3; ++k) write_shared(leaving[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));
+  });
+  return leaving;
+}
+
+/// f(h) for every half-edge h that starts at the origin of `first`, those to the infinite node included.
+template <class F>
+void for_edges_round(const Triangulation& t, HalfEdge first, F&& f) {
+  HalfEdge h = first;
+  do {
+    f(h);
+    h = t.twin(half_edge(triangle_of(h), previous_side(side_of(h))));
+  } while (h != first);
+}
+
+/// Square of the third-shortest edge at a node; of the longest where there are fewer.
+double third_edge2(const Triangulation& t, std::span<const Point2> xy, Index node, HalfEdge leaving) {
+  double first = -1, second = -1, third = -1;  // ascending from the first that is not negative
+  int count = 0;
+  for_edges_round(t, leaving, [&](HalfEdge h) {
+    if (t.target(h) == no_index) return;
+    double length2 = squared_distance(xy[node], xy[t.target(h)]);
+    if (count++ < 3) {
+      first = second, second = third, third = length2;
+      if (second > third) std::swap(second, third);
+      if (first > second) std::swap(first, second);
+      if (second > third) std::swap(second, third);
+    } else if (length2 < third) {
+      if (length2 < second) std::swap(length2, second);
+      if (second < first) std::swap(first, second);
+      third = length2;
+    }
+  });
+  return third;
+}
+
+Array<double> squared_spacings(const Triangulation& t, std::span<const Point2> xy, const Array<HalfEdge>& leaving) {
+  Array<double> own(t.nodes), spacing(t.nodes);
+  for_each_index(t.nodes, [&](std::size_t i) { own[i] = third_edge2(t, xy, static_cast<Index>(i), leaving[i]); });
+  for_each_index(t.nodes, [&](std::size_t i) {
+    double longest = 0, second = 0;
+    for_edges_round(t, leaving[i], [&](HalfEdge h) {
+      if (t.target(h) == no_index) return;
+      const double of_neighbour = own[t.target(h)];
+      second = std::max(second, std::min(longest, of_neighbour));
+      longest = std::max(longest, of_neighbour);
+    });
+    spacing[i] = std::min(own[i], second);
+  });
+  return spacing;
+}
+
+enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
+
+void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned char>& mark) {
+  const Array<HalfEdge> leaving = leaving_edges(t);
+  const Array<double> spacing2 = squared_spacings(t, xy, leaving);
+  std::vector<Index> front = reduce_blocks<std::vector<Index>>(
+      t.real, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        std::vector<Index> seeds;
+        for (std::size_t i = begin; i < end; ++i) {
+          const Triangle& triangle = t.triangles[i];
+          const double length2 = longest_edge2(triangle, xy);
+          const double s2 = std::max({spacing2[triangle.v[0]], spacing2[triangle.v[1]], spacing2[triangle.v[2]]});
+          mark[i] = length2 > rim_stretch * rim_stretch * s2 ? stretched : kept;
+          if (mark[i] == kept) continue;
+          const bool at_hull =
+              std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) { return t.is_ghost(triangle_of(h)); });
+          if (!at_hull && length2 <= gap_stretch * gap_stretch * s2) continue;
+          mark[i] = taken;
+          seeds.push_back(static_cast<Index>(i));
+        }
+        return seeds;
+      },
+      [](std::vector<Index>& all, const std::vector<Index>& part) { all.insert(all.end(), part.begin(), part.end()); });
+  while (!front.empty()) {
+    const Index i = front.back();
+    front.pop_back();
+    for (const HalfEdge h : t.triangles[i].n) {
+      const Index next = triangle_of(h);
+      if (t.is_ghost(next) || mark[next] != stretched) continue;
+      mark[next] = taken;
+      front.push_back(next);
+    }
+  }
+}
+
+struct Totals {
+  Index removed = 0;
+  Sum area, removed_area;
+};
+
+}  // namespace
+
+Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim_rim, double max_edge,
+                    const Context& context) {
+  context.check();
+  Footprint f;
+  f.removed.resize(t.real);
+  if (trim_rim && t.real > 0)
+    trim(t, xy, f.removed);
+  else
+    std::fill(f.removed.begin(), f.removed.end(), kept);
+  const Totals all = reduce_blocks<Totals>(
+      t.real, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Totals part;
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto& v = t.triangles[i].v;
+          const bool gone =
+              f.removed[i] == taken || (max_edge > 0 && longest_edge2(t.triangles[i], xy) > max_edge * max_edge);
+          f.removed[i] = gone ? 1 : 0;
+          part.removed += gone ? 1 : 0;
+          const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+          (gone ? part.removed_area : part.area).add(0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)));
+        }
+        return part;
+      },
+      [](Totals& total, const Totals& part) {
+        total.removed += part.removed;
+        total.area.add(part.area);
+        total.removed_area.add(part.removed_area);
+      });
+  if (all.removed == 0) f.removed.clear();
+  f.area = all.area.value();
+  f.removed_area = all.removed_area.value();
+  return f;
+}
+
+namespace {
+
+/// Adds the removed ones among the triangles that a node is on, as gaps if others are kept.
+class MarginBuilder {
+ public:
+  MarginBuilder(const Footprint& f, const Triangulation& t, std::span<const Point2> xy) : f_(f), t_(t), xy_(xy) {}
+
+  template <class ForTriangles>
+  Side add(Index node, const ForTriangles& for_triangles, std::vector<Margin::Gap>& gaps) const {
+    bool any_kept = false;
+    const std::size_t before = gaps.size();
+    for_triangles([&](Index i) {
+      if (t_.is_ghost(i)) return;
+      if (f_.keeps(i)) {
+        any_kept = true;
+        return;
+      }
+      const auto& v = t_.triangles[i].v;
+      gaps.push_back({node, {xy_[v[0]], xy_[v[1]], xy_[v[2]]}});
+    });
+    if (any_kept) return gaps.size() > before ? Side::rim : Side::inside;
+    gaps.resize(before);
+    return Side::outside;
+  }
+
+ private:
+  const Footprint& f_;
+  const Triangulation& t_;
+  std::span<const Point2> xy_;
+};
+
+/// side_of(node, gaps) for all nodes, in parallel.
+template <class F>
+Margin make_margin(std::size_t nodes, F&& side_of) {
+  using Gaps = std::vector<Margin::Gap>;
+  Margin m;
+  m.side.resize(nodes);
+  m.gaps = reduce_blocks<Gaps>(
+      nodes, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Gaps gaps;
+        for (std::size_t i = begin; i < end; ++i) m.side[i] = side_of(static_cast<Index>(i), gaps);
+        return gaps;
+      },
+      [](Gaps& all, const Gaps& part) { all.insert(all.end(), part.begin(), part.end()); });
+  return m;
+}
+
+}  // namespace
+
+Margins margins(const Footprint& f, const Triangulation& t, std::span<const Point2> xy, const Locations& other_in_t,
+                const Context& context) {
+  context.check();
+  using Kind = Location::Kind;
+  using Gaps = std::vector<Margin::Gap>;
+  const Array<HalfEdge> leaving = f.is_whole() ? Array<HalfEdge>() : leaving_edges(t);
+  const MarginBuilder builder(f, t, xy);
+  const auto at_node = [&](Index node, Index v, Gaps& gaps) {
+    if (f.is_whole()) return Side::inside;
+    const auto round = [&](const auto& visit) {
+      for_edges_round(t, leaving[v], [&](HalfEdge h) { visit(triangle_of(h)); });
+    };
+    return builder.add(node, round, gaps);
+  };
+  const auto at_location = [&](Index node, Gaps& gaps) {
+    const Location at = other_in_t[node];
+    if (at.kind == Kind::none || at.kind == Kind::outside) return Side::outside;
+    if (f.is_whole()) return Side::inside;
+    if (at.kind == Kind::node) return at_node(node, at.id, gaps);
+    if (at.kind == Kind::triangle) return f.keeps(at.id) ? Side::inside : Side::outside;
+    const auto both_sides = [&](const auto& visit) {
+      visit(triangle_of(at.id));
+      visit(triangle_of(t.twin(at.id)));
+    };
+    return builder.add(node, both_sides, gaps);
+  };
+  Margins m;
+  m.own = make_margin(xy.size(), [&](Index node, Gaps& gaps) { return at_node(node, node, gaps); });
+  m.other = make_margin(other_in_t.size(), at_location);
+  return m;
+}
+
+namespace {
+
+// Whether the centroid of from, b, c, where `from` lies on the line p→q, is strictly left of it. Only where b and c lie
+// on either side does rounding have a say, and then twice.
+bool turns_left(const Point2& p, const Point2& q, const Point2& b, const Point2& c) {
+  const int to_b = orientation(p, q, b), to_c = orientation(p, q, c);
+  if (to_b >= 0 && to_c >= 0) return to_b + to_c > 0;
+  if (to_b <= 0 && to_c <= 0) return false;
+  return exact::twice_area(p, q, b) + exact::twice_area(p, q, c) > 0;
+}
+
+}  // namespace
+
+// Whether the way to the centroid of from, b, c starts in one of the gaps at `node`: left of all their sides that
+// `from` lies on.
+bool FootprintOfNodes::leads_out(Index node, const Point2& from, const Point2& b, const Point2& c) const {
+  const bool is_own = own_[node] != no_index;
+  const Margin& margin = is_own ? m_.own : m_.other;
+  const Index id = is_own ? own_[node] : other_[node];
+  const auto starts_in = [&](const Margin::Gap& gap) {
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point2 &p = gap.corners[k], &q = gap.corners[(k + 1) % 3];
+      if (orientation(p, q, from) == 0 && !turns_left(p, q, b, c)) return false;
+    }
+    return true;
+  };
+  auto gap = std::lower_bound(margin.gaps.begin(), margin.gaps.end(), id,
+                              [](const Margin::Gap& g, Index wanted) { return g.node < wanted; });
+  for (; gap != margin.gaps.end() && gap->node == id; ++gap)
+    if (starts_in(*gap)) return true;
+  return false;
+}
+
+bool FootprintOfNodes::holds(const std::array<Index, 3>& cell, std::span<const Point2> xy) const {
+  const std::array<Side, 3> sides{side(cell[0]), side(cell[1]), side(cell[2])};
+  const Side least = std::min({sides[0], sides[1], sides[2]});
+  if (least != Side::rim) return least == Side::inside;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (sides[k] == Side::rim && leads_out(cell[k], xy[cell[k]], xy[cell[(k + 1) % 3]], xy[cell[(k + 2) % 3]]))
+      return false;
+  return true;
+}
+
+}  // namespace isopach
