@@ -188,6 +188,10 @@ class Options(CliTest):
         self.assertEqual(hull["border"]["trimmed_area"], 0)
         self.assertIn(" % of the area and ", self.run_cli("compare", "a.xyz", "b.xyz").stdout)
         self.assertIn("hull: nothing left out", self.run_cli("compare", "a.xyz", "b.xyz", "--border", "hull").stdout)
+        overlay = [self.result("compare", "a.xyz", "b.xyz", "--surface", "overlay", "--border", rule)["domain"]["area"]
+                   for rule in ["trim", "hull"]]
+        self.assertAlmostEqual(overlay[0], trim["domain"]["area"])
+        self.assertAlmostEqual(overlay[1], hull["domain"]["area"])
 
     def test_max_edge_is_in_the_parameters(self):
         a, b = self.scans()

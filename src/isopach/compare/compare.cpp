@@ -80,7 +80,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
   if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
-  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
+  c.cells =
+      stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();
