@@ -6,6 +6,7 @@
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
+#include "cli/scans.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/io/read.hpp"
@@ -38,28 +39,9 @@ struct Request {
 };
 
 void add_projection_options(Command& command, Request& request) {
-  ProjectOptions& project = request.options.project;
-  command.heading("Scans");
-  command.parsed(
-      "--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction,
-      "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)");
-  command.choice<DuplicatePolicy>("--duplicates", project.duplicates,
-                                  {{"mean", DuplicatePolicy::mean},
-                                   {"min", DuplicatePolicy::min},
-                                   {"max", DuplicatePolicy::max},
-                                   {"median", DuplicatePolicy::median},
-                                   {"first", DuplicatePolicy::first},
-                                   {"error", DuplicatePolicy::error}},
-                                  "Height of points of one scan with the same place; error: refuse such a scan");
-  command.parsed("--class", "N[,N]", project.classes, parse_classes,
-                 "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
-  command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", project.crop, parse_crop,
-                 "Keep only points inside this box, in input coordinates (default all)");
-  command.option(
-      "--pose", "FILE", request.pose_path,
-      "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first (default: as is)");
-  command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", request.options.unit, parse_unit,
-                 "Unit of both inputs, where the files do not say it or say it wrongly");
+  add_scan_options(command, request.options.project, request.pose_path, request.options.unit,
+                   "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)",
+                   "Height of points of one scan with the same place; error: refuse such a scan");
   command.flag("--allow-crs", request.options.allow_crs,
                "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
   command.flag("--no-layer-check", request.no_layer_check,
@@ -103,12 +85,6 @@ void add_measure_options(Command& command, Request& request) {
                   statistic_names()));
 }
 
-Cloud read_scan(const std::string& path, const Request& request, const Context& context) {
-  ReadOptions options;
-  if (request.options.project.classes.empty()) options.attributes.clear();  // memory is not free
-  return read_cloud(path, options, context);
-}
-
 }  // namespace
 
 int run_compare(const Arguments& arguments) {
@@ -134,8 +110,9 @@ int run_compare(const Arguments& arguments) {
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
 
   Stopwatch watch;
-  const Cloud a = read_scan(request.path_a, request, run.context());
-  const Cloud b = read_scan(request.path_b, request, run.context());
+  const ReadOptions wanted = read_options(request.options.project);
+  const Cloud a = read_cloud(request.path_a, wanted, run.context());
+  const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();
   Comparison comparison = compare(a, b, request.options, run.context());
   deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);

@@ -1,13 +1,13 @@
 // isopach distance A B
 #include <fmt/core.h>
 
-#include <cmath>
 #include <memory>
 #include <sstream>
 
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
+#include "cli/scans.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/io/write.hpp"
@@ -55,42 +55,15 @@ DistanceMeasures parse_measures(const std::string& text) {
   return m;
 }
 
-CLI::Validator above_zero() {
-  return CLI::Validator(
-      [](std::string& text) {
-        const CLI::Validator check = not_negative();
-        std::string error = check(text);
-        return error.empty() && parse_number(text, "") > 0 ? std::string()
-                                                           : fmt::format("'{}' is not a number above 0", text);
-      },
-      "");
-}
-
-void add_scan_options(Command& command, Request& request) {
+void add_surface_options(Command& command, Request& request) {
   DistanceOptions& options = request.options;
-  command.heading("Scans");
-  command.parsed("--direction", "x|y|z|fit|X,Y,Z", options.project.direction, parse_direction,
-                 "Direction of 'vertical', and that Delaunay surfaces are seen along (default z)");
-  command.choice<DuplicatePolicy>("--duplicates", options.project.duplicates,
-                                  {{"mean", DuplicatePolicy::mean},
-                                   {"min", DuplicatePolicy::min},
-                                   {"max", DuplicatePolicy::max},
-                                   {"median", DuplicatePolicy::median},
-                                   {"first", DuplicatePolicy::first},
-                                   {"error", DuplicatePolicy::error}},
-                                  "Height of a Delaunay surface where points have the same place; error: refuse");
+  add_scan_options(command, options.project, request.pose_path, options.unit,
+                   "Direction of 'vertical', and that Delaunay surfaces are seen along (default z)",
+                   "Height of a Delaunay surface where points have the same place; error: refuse");
   command.choice<MeshSource>(
       "--mesh", options.mesh,
       {{"auto", MeshSource::automatic}, {"delaunay", MeshSource::delaunay}, {"faces", MeshSource::faces}},
       "Surface of a scan; faces: those of the file; delaunay: made from its points; auto: faces where there are any");
-  command.parsed("--class", "N[,N]", options.project.classes, parse_classes,
-                 "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
-  command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", options.project.crop, parse_crop,
-                 "Keep only points inside this box, in input coordinates (default all)");
-  command.option("--pose", "FILE", request.pose_path,
-                 "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first");
-  command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", options.unit, parse_unit,
-                 "Unit of both inputs, where the files do not say it or say it wrongly");
   command.flag("--allow-crs", options.allow_crs,
                "Measure although the CRS is in degrees, is Web Mercator, differs, or heights have another unit");
 }
@@ -104,7 +77,7 @@ void add_measure_options(Command& command, Request& request) {
   command
       .option("--tolerance", "L", options.tolerance,
               "hausdorff: proven to this length (default a millionth of the diagonal of both scans)")
-      ->check(above_zero());
+      ->check(positive());
   command
       .option("--samples", "N", request.samples,
               fmt::format("surface: samples a triangle, on average (default {})", options.samples))
@@ -113,15 +86,15 @@ void add_measure_options(Command& command, Request& request) {
   command
       .option("--normal-scale", "D", options.m3c2.normal_scale,
               "Diameter of the ball in A whose points give the normal")
-      ->check(above_zero());
+      ->check(positive());
   command
       .option("--projection-scale", "d", options.m3c2.projection_scale,
               "Diameter of the cylinder along the normal in which both scans are averaged")
-      ->check(above_zero());
+      ->check(positive());
   command
       .option("--max-depth", "L", options.m3c2.max_depth,
               "How far the cylinder reaches from the core point, to either side")
-      ->check(above_zero());
+      ->check(positive());
   command
       .option("--registration-error", "REG", options.m3c2.registration_error,
               "Of the alignment of A and B, added to the level of detection")
@@ -160,13 +133,6 @@ void add_output_options(Command& command, Request& request) {
       ->check(not_empty());
   command.choice<std::string>("--format", request.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of points_a, points_b and core_points");
-}
-
-Cloud read_scan(const std::string& path, const Request& request, const Context& context) {
-  ReadOptions options;
-  if (request.options.project.classes.empty()) options.attributes.clear();
-  options.faces = request.options.mesh != MeshSource::delaunay;
-  return read_cloud(path, options, context);
 }
 
 bool is_las(const Cloud& cloud) { return cloud.format == "las" || cloud.format == "laz"; }
@@ -222,7 +188,7 @@ int run_distance(const Arguments& arguments) {
   command.positional("A", request.path_a, "Reference scan or mesh, or the one before; any format that compare reads");
   command.positional("B", request.path_b, "Compared scan or mesh, or the one after");
   add_output_options(command, request);
-  add_scan_options(command, request);
+  add_surface_options(command, request);
   add_measure_options(command, request);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
@@ -234,8 +200,10 @@ int run_distance(const Arguments& arguments) {
   std::unique_ptr<OutputFolder> folder;
   if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
   Stopwatch watch;
-  const Cloud a = read_scan(request.path_a, request, run.context());
-  const Cloud b = read_scan(request.path_b, request, run.context());
+  ReadOptions wanted = read_options(request.options.project);
+  wanted.faces = request.options.mesh != MeshSource::delaunay;
+  const Cloud a = read_cloud(request.path_a, wanted, run.context());
+  const Cloud b = read_cloud(request.path_b, wanted, run.context());
   Cloud cores;
   if (!request.core_points.empty()) cores = read_cloud(request.core_points, ReadOptions{}, run.context());
   const double read_s = watch.lap();

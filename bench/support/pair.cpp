@@ -90,10 +90,10 @@ Merged merge(const Pair& pair, ToMerge parts) {
 }
 
 Merged merge_from_scratch(const Pair& pair) {
-  const UnitedNodes g = unite(pair.a.xy, pair.b.xy, pair.box);
+  Union common = united(pair);
   Merged merged;
-  merged.t = triangulate(g.xy, pair.box, {});
-  merged.interface = interface_triangles(merged.t, g);
+  merged.interface = interface_triangles(common.t, common.g);
+  merged.t = std::move(common.t);
   return merged;
 }
 

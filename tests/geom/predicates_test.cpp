@@ -210,7 +210,7 @@ TEST(InCircle, IsRightWhenAFarPointScalesUpAnUnderflow) {
     expect_in_circle(far, {small(), small()}, {small(), small()}, {small(), small()});
   }
   // Any mixture of such magnitudes. Under contraction to fused multiply-adds the difference of two equal products is
-  // the rounding error of one of them, which is where a guard that does not scale has failed.
+  // the rounding error of one of them, so the guard has to grow with the lifts.
   const auto mixed = [&] { return std::ldexp(random.uniform() - 0.5, static_cast<int>(random.below(600)) - 300); };
   for (int i = 0; i < 20000; ++i) {
     const Point2 a{mixed(), mixed()}, b{mixed(), mixed()}, c{mixed(), mixed()}, d{mixed(), mixed()};

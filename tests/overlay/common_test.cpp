@@ -10,12 +10,6 @@
 namespace isopach::test {
 namespace {
 
-Points in_order(const Points& points, const CurveBox& box) {
-  Points sorted;
-  for (const Index i : curve_order(points, box)) sorted.push_back(points[i]);
-  return sorted;
-}
-
 class UniteFamilies : public testing::TestWithParam<Family> {};
 INSTANTIATE_TEST_SUITE_P(All, UniteFamilies, testing::ValuesIn(families()),
                          [](const auto& family) { return family.param.name; });

@@ -21,12 +21,6 @@ struct Case {
   UnitedNodes g;
 };
 
-Points in_order(const Points& points, const CurveBox& box) {
-  Points sorted;
-  for (const Index i : curve_order(points, box)) sorted.push_back(points[i]);
-  return sorted;
-}
-
 Case make_case(const Points& a, const Points& b) {
   Case c;
   c.g1 = distinct(a);

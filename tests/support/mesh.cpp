@@ -88,6 +88,12 @@ Triangulation from_triples(const std::vector<Triple>& triangles, std::size_t n) 
   return t;
 }
 
+Points in_order(const Points& points, const CurveBox& box) {
+  Points sorted;
+  for (const Index i : curve_order(points, box)) sorted.push_back(points[i]);
+  return sorted;
+}
+
 bool same_bytes(const Triangulation& a, const Triangulation& b) {
   return a.real == b.real && a.nodes == b.nodes && a.triangles.size() == b.triangles.size() &&
          (a.triangles.empty() ||

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "isopach/delaunay/triangulation.hpp"
+#include "isopach/geom/curve.hpp"
 #include "tests/support/oracle.hpp"
 
 namespace isopach::test {
@@ -22,6 +23,9 @@ using Corners = std::array<Point2, 3>;
 /// The arrays of a triangulation of n nodes with these counter-clockwise triangles, ghosts and twins included. The
 /// boundary of the triangles is one closed curve.
 [[nodiscard]] Triangulation from_triples(const std::vector<Triple>& triangles, std::size_t n);
+
+/// The points in curve order of `box`.
+[[nodiscard]] Points in_order(const Points& points, const CurveBox& box);
 
 /// The same arrays, bit by bit.
 [[nodiscard]] bool same_bytes(const Triangulation& a, const Triangulation& b);

@@ -11,13 +11,7 @@
 
 namespace isopach::test {
 
-[[nodiscard]] inline std::filesystem::path source_folder() {
-#ifdef ISOPACH_SOURCE_DIR
-  return ISOPACH_SOURCE_DIR;
-#else
-  return std::filesystem::path(__FILE__).parent_path().parent_path().parent_path();
-#endif
-}
+[[nodiscard]] std::filesystem::path source_folder();
 
 /// The file or folder `relative` of the shared data, e.g. "santacruz/blanca_strip8706_120m.las"; nothing if absent.
 [[nodiscard]] inline std::optional<std::filesystem::path> shared_data(const std::string& relative) {

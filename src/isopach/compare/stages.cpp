@@ -25,14 +25,7 @@ bool is_pseudo_mercator(const std::string& crs) {
 }
 
 InputSummary summarise(const Cloud& cloud, const char* role, const Pose& pose, const HeightField& field) {
-  InputSummary s;
-  s.role = role;
-  s.path = cloud.path;
-  s.format = cloud.format;
-  s.unit = cloud.unit;
-  s.vertical_unit = cloud.vertical_unit;
-  s.crs = cloud.crs;
-  s.points = cloud.points.size();
+  InputSummary s = summarise_file(cloud, role);
   s.nodes = field.xy.size();
   s.cleaning = field.cleaning;
   s.bounds = reduce_blocks<Box3>(
@@ -198,6 +191,18 @@ void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, 
                          "·" + c.unit + "²");
 }
 
+InputSummary summarise_file(const Cloud& cloud, const char* role) {
+  InputSummary s;
+  s.role = role;
+  s.path = cloud.path;
+  s.format = cloud.format;
+  s.unit = cloud.unit;
+  s.vertical_unit = cloud.vertical_unit;
+  s.crs = cloud.crs;
+  s.points = cloud.points.size();
+  return s;
+}
+
 void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
                      Comparison& c, const Context& context) {
   c.a = summarise(cloud_a, "A", Pose{}, a);
@@ -241,7 +246,7 @@ Borders find_borders(const Triangulation& t1, const Triangulation& t2, const Hei
                      const Context& context) {
   const bool trim = options.border == BorderRule::trim;
   Borders borders;
-  Footprint &f1 = borders.footprint_1, &f2 = borders.footprint_2;
+  Footprint f1, f2;
   both(
       [&] {
         f1 = footprint(t1, a.xy, trim, options.max_edge, context);
@@ -251,6 +256,7 @@ Borders find_borders(const Triangulation& t1, const Triangulation& t2, const Hei
         f2 = footprint(t2, b.xy, trim, options.max_edge, context);
         borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
       });
+  if (options.surface != Surface::common) borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
   borders.kept_area = f1.area + f2.area;
   borders.removed_area = f1.removed_area + f2.removed_area;
   return borders;
@@ -336,9 +342,7 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
             part.trimmed_area.add(cell.area);
             part.trimmed_volume.add(parts.above + parts.below);
           }
-          bool all_1 = true, all_2 = true;
-          for (const Index node : v) all_1 &= g.of_1[node] != no_index, all_2 &= g.of_2[node] != no_index;
-          part.interface += !all_1 && !all_2 ? 1 : 0;
+          part.interface += g.joins(v) ? 1 : 0;
         }
         return part;
       },
@@ -354,8 +358,7 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
 }
 
 void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Comparison& c, const Context& context) {
-  const Array<unsigned char> kept_1 = kept_flags(borders.footprint_1), kept_2 = kept_flags(borders.footprint_2);
-  m1.kept = kept_1, m2.kept = kept_2;
+  m1.kept = borders.kept_1, m2.kept = borders.kept_2;
   const Overlay overlay(m1, m2, context);
   if (c.options.surface == Surface::both)
     c.overlay = sum_up(overlay, context);

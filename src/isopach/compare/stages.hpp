@@ -32,6 +32,9 @@ void check_options(const CompareOptions& options);
 /// Refuses degrees, pseudo-Mercator and differing CRS or units unless options.allow_crs; sets the unit of the result.
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c);
 
+/// What the file says of itself and how many points it has.
+[[nodiscard]] InputSummary summarise_file(const Cloud& cloud, const char* role);
+
 void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
                      Comparison& c, const Context& context);
 
@@ -42,7 +45,7 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
 
 /// The nodes of both scans against the footprints of both.
 struct Borders {
-  Footprint footprint_1, footprint_2;
+  Array<unsigned char> kept_1, kept_2;  ///< one flag per real triangle, for the overlay alone; empty if all are
   Margins in_1, in_2;
   double kept_area = 0, removed_area = 0;  ///< of the two footprints, added up
 };

@@ -45,6 +45,10 @@ struct Triangulation {
   [[nodiscard]] bool is_ghost(Index t) const { return t >= real; }
   [[nodiscard]] Index ghosts() const { return static_cast<Index>(triangles.size()) - real; }
   [[nodiscard]] HalfEdge twin(HalfEdge h) const { return triangles[triangle_of(h)].n[side_of(h)]; }
+  /// The half-edge that leaves the same node next, counter-clockwise.
+  [[nodiscard]] HalfEdge next_leaving(HalfEdge h) const {
+    return twin(half_edge(triangle_of(h), previous_side(side_of(h))));
+  }
   [[nodiscard]] Index origin(HalfEdge h) const { return triangles[triangle_of(h)].v[side_of(h)]; }
   [[nodiscard]] Index target(HalfEdge h) const { return triangles[triangle_of(h)].v[next_side(side_of(h))]; }
 };

@@ -321,18 +321,6 @@ class Page {
   Scan a_, b_;
 };
 
-InputSummary summary(const Cloud& cloud, const char* role) {
-  InputSummary s;
-  s.role = role;
-  s.path = cloud.path;
-  s.format = cloud.format;
-  s.unit = cloud.unit;
-  s.vertical_unit = cloud.vertical_unit;
-  s.crs = cloud.crs;
-  s.points = cloud.points.size();
-  return s;
-}
-
 }  // namespace
 
 Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const DistanceOptions& options,
@@ -341,7 +329,7 @@ Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const Dis
   Distances d;
   d.options = options;
   check_units(a, b, d);
-  d.a = summary(a, "A"), d.b = summary(b, "B");
+  d.a = stages::summarise_file(a, "A"), d.b = stages::summarise_file(b, "B");
   run_with_threads(context.threads, [&] { Page(a, b, d, context).run(cores); });
   return d;
 }

@@ -34,7 +34,7 @@ void for_edges_round(const Triangulation& t, HalfEdge first, F&& f) {
   HalfEdge h = first;
   do {
     f(h);
-    h = t.twin(half_edge(triangle_of(h), previous_side(side_of(h))));
+    h = t.next_leaving(h);
   } while (h != first);
 }
 
@@ -155,6 +155,16 @@ Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool tri
 
 namespace {
 
+/// By node: a half-edge of a removed triangle that starts there, no_index where there is none.
+Array<HalfEdge> edges_at_gaps(const Footprint& f, const Triangulation& t) {
+  Array<HalfEdge> at_gap(t.nodes, no_index);
+  for_each_index(t.real, [&](std::size_t i) {
+    if (f.keeps(static_cast<Index>(i))) return;
+    for (Index k = 0; k < 3; ++k) write_shared(at_gap[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));
+  });
+  return at_gap;
+}
+
 /// Adds the removed ones among the triangles that a node is on, as gaps if others are kept.
 class MarginBuilder {
  public:
@@ -208,12 +218,12 @@ Margins margins(const Footprint& f, const Triangulation& t, std::span<const Poin
   context.check();
   using Kind = Location::Kind;
   using Gaps = std::vector<Margin::Gap>;
-  const Array<HalfEdge> leaving = f.is_whole() ? Array<HalfEdge>() : leaving_edges(t);
+  const Array<HalfEdge> at_gap = f.is_whole() ? Array<HalfEdge>() : edges_at_gaps(f, t);
   const MarginBuilder builder(f, t, xy);
   const auto at_node = [&](Index node, Index v, Gaps& gaps) {
-    if (f.is_whole()) return Side::inside;
+    if (f.is_whole() || at_gap[v] == no_index) return Side::inside;
     const auto round = [&](const auto& visit) {
-      for_edges_round(t, leaving[v], [&](HalfEdge h) { visit(triangle_of(h)); });
+      for_edges_round(t, at_gap[v], [&](HalfEdge h) { visit(triangle_of(h)); });
     };
     return builder.add(node, round, gaps);
   };

@@ -1,5 +1,6 @@
 // The common (united) triangulation T = DT(g1 ∪ g2) and both heights at its nodes (METHOD sections 1 and 2).
 #pragma once
+#include <array>
 #include <span>
 
 #include "isopach/base/context.hpp"
@@ -12,6 +13,13 @@ namespace isopach {
 struct UnitedNodes {
   Array<Point2> xy;
   Array<Index> of_1, of_2;
+
+  /// Whether a triangle of T is one of the interface: nodes of g1 alone *and* nodes of g2 alone.
+  [[nodiscard]] bool joins(const std::array<Index, 3>& triangle) const {
+    bool all_1 = true, all_2 = true;
+    for (const Index node : triangle) all_1 &= of_1[node] != no_index, all_2 &= of_2[node] != no_index;
+    return !all_1 && !all_2;
+  }
 };
 
 /// Linear merging of two node sets that are in curve order of the same box. Cost O(n1 + n2).

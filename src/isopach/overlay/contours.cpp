@@ -16,6 +16,7 @@
 #include <stdexcept>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/prefetch.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/geom/predicates.hpp"
 #include "isopach/overlay/seam.hpp"
@@ -38,9 +39,6 @@ bool holds(const Mesh& m, Index t, const Point2& q) {
 struct Corner {
   Index t, k;
 };
-
-// Always inlined: the compiler drops calls of functions that do nothing but prefetch.
-[[gnu::always_inline]] inline void prefetch(const void* address) { __builtin_prefetch(address); }
 
 // What turns around one node of an interface edge: left (counter-clockwise) around p, right around q. It stands in a
 // dead triangle at the side that leads on, centre→rim, and remembers what it has computed of the triangle beyond, for
@@ -405,7 +403,7 @@ class Tracer {
     HalfEdge h = half_edge(a.t, a.k);
     do {
       if (const Index w = s_.target(0, h); w != no_index) star_.push_back(w);
-      h = s_.twin(0, half_edge(triangle_of(h), previous_side(side_of(h))));
+      h = s_.next_leaving(0, h);
     } while (h != half_edge(a.t, a.k));
   }
 
@@ -507,7 +505,7 @@ HalfEdge Seam::find(int c, Index a, Index b) const {
   HalfEdge h = mesh[c].leaving[node];
   do {
     if (united(c, target(c, h)) == b) return h;
-    h = twin(c, half_edge(triangle_of(h), previous_side(side_of(h))));
+    h = next_leaving(c, h);
   } while (h != mesh[c].leaving[node]);
   return no_index;
 }

@@ -6,14 +6,12 @@
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/prefetch.hpp"
 #include "isopach/geom/predicates.hpp"
 
 namespace isopach {
 
 namespace {
-
-// Always inlined: the compiler drops calls of functions that do nothing but prefetch.
-[[gnu::always_inline]] inline void prefetch(const void* address) { __builtin_prefetch(address); }
 
 /// All bits set, or none: for a choice that must not become a branch.
 Index choose(bool condition) { return -static_cast<Index>(condition); }

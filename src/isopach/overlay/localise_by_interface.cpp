@@ -13,11 +13,6 @@ namespace {
 constexpr std::uint64_t first_budget = 8;
 constexpr std::size_t block_size = 4096;
 
-// The half-edge that leaves the same node next, counter-clockwise.
-HalfEdge next_leaving(const Triangulation& t, HalfEdge h) {
-  return t.twin(half_edge(triangle_of(h), previous_side(side_of(h))));
-}
-
 // A half-edge of T that leaves each node: one of the interface if there is any.
 Array<HalfEdge> interface_edges(const UnitedNodes& g, const Triangulation& t) {
   const std::size_t n = g.xy.size();
@@ -106,7 +101,7 @@ class Search {
     do {
       const Index neighbour = own_at(t_.target(h));
       if (neighbour != no_index) f(neighbour);
-      h = next_leaving(t_, h);
+      h = t_.next_leaving(h);
     } while (h != first);
   }
 
@@ -161,10 +156,10 @@ class Search {
       do {
         const Index turned = own_at(t_.target(h));
         if (turned != no_index && level_of_[turned] == unsettled && partner(turned) == q) {
-          for (; !leads_to(e, g_.xy[place_[turned]]); e = next_leaving(mesh_, e)) ++result_.visited;
+          for (; !leads_to(e, g_.xy[place_[turned]]); e = mesh_.next_leaving(e)) ++result_.visited;
           reached_[turned] = triangle_of(e);
         }
-        h = next_leaving(t_, h);
+        h = t_.next_leaving(h);
       } while (h != first);
     }
   }

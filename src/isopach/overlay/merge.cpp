@@ -64,17 +64,12 @@ Triangulation merge(MeshToMerge m1, MeshToMerge m2, const UnitedNodes& g, const 
 }
 
 Array<Index> interface_triangles(const Triangulation& t, const UnitedNodes& g) {
-  const auto joins = [&](Index i) {
-    bool all_1 = true, all_2 = true;
-    for (const Index node : t.triangles[i].v) all_1 &= g.of_1[node] != no_index, all_2 &= g.of_2[node] != no_index;
-    return !all_1 && !all_2;
-  };
   return reduce_blocks<Array<Index>>(
       t.real, std::size_t{1} << 15,
       [&](std::size_t begin, std::size_t end) {
         Array<Index> part;
         for (auto i = static_cast<Index>(begin); i < end; ++i)
-          if (joins(i)) part.push_back(i);
+          if (g.joins(t.triangles[i].v)) part.push_back(i);
         return part;
       },
       [](Array<Index>& all, const Array<Index>& part) { all.insert(all.end(), part.begin(), part.end()); });

@@ -80,6 +80,9 @@ struct Seam {
     const Index l = link(c, h);
     return is_tag(l) ? records[record_of(l)].twin : l;
   }
+  [[nodiscard]] HalfEdge next_leaving(int c, HalfEdge h) const {
+    return twin(c, half_edge(triangle_of(h), previous_side(side_of(h))));
+  }
   [[nodiscard]] bool turned(int c, Index t, Index k) const { return is_turned(read_shared(mesh[c].triangles[t].v[k])); }
   [[nodiscard]] State state(int c, Index t) const { return any_shared ? mesh[c].state[t] : State::unknown; }
   [[nodiscard]] bool is_dead(int c, Index t) const {

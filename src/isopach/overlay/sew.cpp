@@ -98,7 +98,7 @@ class Sewing {
     for_each_numbered(begin, end, [&](int c, Index t) {
       const auto& n = s_.mesh[c].triangles[t].n;
       const bool dead = is_dead(c, t), survives = !dead && !is_copy(c, t);
-      if (!is_copy(c, t)) survivor_[c][t] = dead ? no_index : half_edge(next, 0);
+      if (!is_copy(c, t)) survivor_[c][t] = no_index;  // until a survivor is numbered
       put(c, half_edge(t, 0), survivor_tag, survives);
       for (Index k = 0; k < 3; ++k) put(c, half_edge(t, k), n[k], dead && has_lean(n[k]));
     });

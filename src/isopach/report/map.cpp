@@ -372,7 +372,7 @@ class Map {
       next += 36 * s_ + canvas.text_width(words, soft) + 40 * s_;
     };
     key(palette_(0), false, "no difference");
-    if (has_footprint_) key(footprint, true, "scanned, but not compared (one scan is missing here)");
+    if (has_footprint_) key(footprint, true, "scanned, but not compared (one scan has no points here)");
     const std::string reach = shows_no_difference(c_) ? ""
                               : limit_ < largest(c_.measures.difference)
                                   ? "colours reach to the 99th percentile of |d|; "

@@ -1,0 +1,36 @@
+#include "cli/scans.hpp"
+
+#include "cli/parse.hpp"
+
+namespace isopach::cli {
+
+void add_scan_options(Command& command, ProjectOptions& project, std::string& pose_path, std::string& unit,
+                      const std::string& direction_help, const std::string& duplicates_help) {
+  command.heading("Scans");
+  command.parsed("--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction, direction_help);
+  command.choice<DuplicatePolicy>("--duplicates", project.duplicates,
+                                  {{"mean", DuplicatePolicy::mean},
+                                   {"min", DuplicatePolicy::min},
+                                   {"max", DuplicatePolicy::max},
+                                   {"median", DuplicatePolicy::median},
+                                   {"first", DuplicatePolicy::first},
+                                   {"error", DuplicatePolicy::error}},
+                                  duplicates_help);
+  command.parsed("--class", "N[,N]", project.classes, parse_classes,
+                 "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
+  command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", project.crop, parse_crop,
+                 "Keep only points inside this box, in input coordinates (default all)");
+  command.option(
+      "--pose", "FILE", pose_path,
+      "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first (default: as is)");
+  command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", unit, parse_unit,
+                 "Unit of both inputs, where the files do not say it or say it wrongly");
+}
+
+ReadOptions read_options(const ProjectOptions& project) {
+  ReadOptions options;
+  if (project.classes.empty()) options.attributes.clear();
+  return options;
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,19 @@
+// What verbs of two scans ask about them alike.
+#pragma once
+#include <string>
+
+#include "cli/command.hpp"
+#include "isopach/field/height_field.hpp"
+#include "isopach/io/read.hpp"
+
+namespace isopach::cli {
+
+/// --direction, --duplicates, --class, --crop, --pose (a path, read later) and --unit, under the heading "Scans". The
+/// two texts say what the verb does with directions and with points of the same place.
+void add_scan_options(Command& command, ProjectOptions& project, std::string& pose_path, std::string& unit,
+                      const std::string& direction_help, const std::string& duplicates_help);
+
+/// What has to be read of a scan; without classes to select no attributes: memory is not free.
+[[nodiscard]] ReadOptions read_options(const ProjectOptions& project);
+
+}  // namespace isopach::cli

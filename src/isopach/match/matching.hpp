@@ -1,0 +1,45 @@
+// Matching: everything one matching found.
+#pragma once
+#include <array>
+#include <string>
+#include <vector>
+
+#include "isopach/compare/comparison.hpp"
+#include "isopach/match/options.hpp"
+
+namespace isopach {
+
+/// One accepted state of the search, the start included.
+struct MatchStep {
+  double rho = 0;    ///< objective measure, currents: its value
+  double rms = 0;    ///< of the residuals that take part
+  double share = 1;  ///< of the common area (icp: of the pairs) that takes part
+};
+
+/// How well two scans lie on one another, by one and the same comparison before and after.
+struct Fit {
+  double rho = 0, rms = 0, coverage = 0;
+};
+
+struct Matching {
+  MatchOptions options;
+  Pose pose;         ///< T_fixed_moving, input coordinates
+  double scale = 1;  ///< of the pose; 1 unless it was free
+  InputSummary moving, fixed;
+  std::string unit = "unknown";  ///< of lengths
+  int iterations = 0;
+  bool converged = false;
+  std::string reason;  ///< why the search stopped, in words
+  std::vector<MatchStep> history;
+  Fit before, after;
+  double overlap = 1;  ///< share that was fitted
+  /// 6×6, row-major: rotation (rad) about x, y, z of the input axes through `centre`, then translation (unit).
+  std::array<double, 36> covariance{};
+  Point3 centre{0, 0, 0};                    ///< of the rotations that the covariance speaks of, fixed coordinates
+  std::vector<std::string> weak_directions;  ///< motions that the scans hardly determine, in words
+  Array<unsigned char> stable;               ///< per point of MOVING: 1 if it was fitted (stable), 0 if not
+  std::vector<std::string> warnings;
+  Timing timing;
+};
+
+}  // namespace isopach

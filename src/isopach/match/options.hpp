@@ -1,0 +1,32 @@
+// MatchOptions: every option of a matching with its default, unit and reason. Names are those of the command line.
+#pragma once
+#include "isopach/compare/options.hpp"
+#include "isopach/geom/rigid.hpp"
+
+namespace isopach {
+
+/// What is minimised. measure: ρ between the two triangulated surfaces; icp_point, icp_plane: the paper's (1) and (3);
+/// currents: (5).
+enum class Objective { measure, icp_point, icp_plane, currents };
+
+/// Which motions are allowed, about and along the projection direction (axes of the pair's frame).
+struct Freedom {
+  bool shift_x = true, shift_y = true, shift_z = true;
+  bool turn_x = true, turn_y = true;  ///< tilts
+  bool turn_z = true;                 ///< rotation about the projection direction
+  bool scale = false;                 ///< uniform; off unless asked for
+};
+
+struct MatchOptions {
+  CompareOptions compare;  ///< scans, border and measure as in a comparison; compare.pose is not used
+  Objective objective = Objective::measure;
+  Pose start;           ///< T_fixed_moving to start from, input coordinates; default identity
+  bool coarse = false;  ///< look for a start first, from any rotation about the axis; `start` is not used
+  Freedom freedom;
+  double overlap = 0;  ///< share of the common area that is fitted, in (0, 1]; 0: chosen from the data
+  int max_iterations = 100;
+  double tolerance = 0;  ///< step below which it has converged, as a share of the extent; 0: 1e-8
+  double sigma = 0;      ///< currents: width of the kernel, unit of the scans; 0: 5 mean edges
+};
+
+}  // namespace isopach
