@@ -39,9 +39,10 @@ struct Request {
 };
 
 void add_projection_options(Command& command, Request& request) {
-  add_scan_options(command, request.options.project, request.pose_path, request.options.unit,
-                   "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)",
-                   "Height of points of one scan with the same place; error: refuse such a scan");
+  add_scan_options(
+      command, request.options.project, request.pose_path, request.options.unit,
+      "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)",
+      "Height of points of one scan with the same place; error: refuse such a scan");
   command.flag("--allow-crs", request.options.allow_crs,
                "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
   command.flag("--no-layer-check", request.no_layer_check,
