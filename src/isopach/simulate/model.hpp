@@ -26,6 +26,7 @@ struct SceneModel {
 [[nodiscard]] SceneModel plane_scene();
 [[nodiscard]] SceneModel paraboloid_scene();
 [[nodiscard]] SceneModel cone_scene();
+[[nodiscard]] SceneModel relief_scene();
 [[nodiscard]] SceneModel worst_case_scene();
 
 }  // namespace isopach
