@@ -49,6 +49,48 @@ void add_projection_options(Command& command, Request& request) {
                "Do not look for several layers above one another (saves time)");
 }
 
+void add_uncertainty_options(Command& command, UncertaintyOptions& options) {
+  command.heading("Uncertainty");
+  command.parsed(
+      "--sigma1", "S|@ATTRIBUTE|FILE", options.sigma1,
+      +[](const std::string& text) { return parse_sigma(text, "--sigma1"); },
+      "Standard deviation of the heights of A, in their unit: a number, an attribute of its points, or a raster");
+  command.parsed(
+      "--sigma2", "S|@ATTRIBUTE|FILE", options.sigma2,
+      +[](const std::string& text) { return parse_sigma(text, "--sigma2"); }, "The same for B");
+  command
+      .option("--lod", "L", options.lod,
+              "Level of detection: differences up to it count as noise in the thresholded volumes and on the map "
+              "(default: from the sigmas)")
+      ->check(positive());
+  command
+      .option("--confidence", "P", options.confidence,
+              "Probability of intervals, and of a level of detection from the sigmas, between 0 and 1")
+      ->check(share())
+      ->capture_default_str();
+  using Model = UncertaintyModel;
+  command.choice<Model>("--uncertainty-model", options.model,
+                        {{"none", Model::none},
+                         {"independent", Model::independent},
+                         {"correlated", Model::correlated},
+                         {"registration", Model::registration}},
+                        "How errors add up to those of the volumes; independent: point by point; correlated: alike "
+                        "within --correlation-range; registration: one vertical shift of B beside the noise");
+  command
+      .option("--correlation-range", "L", options.correlation_range,
+              "Distance from which on the errors of two points of a scan are no longer alike, in the unit of x and y")
+      ->check(positive());
+  using Shape = CorrelationShape;
+  command.choice<Shape>(
+      "--correlation", options.correlation,
+      {{"spherical", Shape::spherical}, {"exponential", Shape::exponential}, {"gaussian", Shape::gaussian}},
+      "How the correlation falls with the distance; 0 (spherical) or 5 % are left at the range");
+  command
+      .option("--registration-error", "REG", options.registration_error,
+              "Standard deviation of the vertical shift, in the unit of heights")
+      ->check(positive());
+}
+
 void add_measure_options(Command& command, Request& request) {
   CompareOptions& options = request.options;
   command.heading("Measure");
@@ -79,11 +121,12 @@ void add_measure_options(Command& command, Request& request) {
               "Exit 4 if the scans share less than this part of their area, 0 to 1")
       ->check(share())
       ->capture_default_str();
-  command.option(
-      "--fail-above", "STATISTIC=LIMIT", request.fail_above,
-      fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean and net "
-                  "by their size. One of {}",
-                  statistic_names()));
+  add_uncertainty_options(command, options.uncertainty);
+  command.heading("Measure");
+  command.option("--fail-above", "STATISTIC=LIMIT", request.fail_above,
+                 fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean, "
+                             "median and net by their size, significant_area as a share. One of {}",
+                             statistic_names()));
 }
 
 }  // namespace
@@ -103,6 +146,7 @@ int run_compare(const Arguments& arguments) {
   std::vector<Tolerance> tolerances;
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
+  check_tolerances(tolerances, request.options.uncertainty);
   request.options.check_layers = !request.no_layer_check;
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 
@@ -111,7 +155,10 @@ int run_compare(const Arguments& arguments) {
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
 
   Stopwatch watch;
-  const ReadOptions wanted = read_options(request.options.project);
+  ReadOptions wanted = read_options(request.options.project);
+  const UncertaintyOptions& uncertainty = request.options.uncertainty;
+  for (const SigmaSource* s : {&uncertainty.sigma1, &uncertainty.sigma2})
+    if (s->kind == SigmaSource::Kind::attribute) wanted.attributes.push_back(s->name);
   const Cloud a = read_cloud(request.path_a, wanted, run.context());
   const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();

@@ -42,11 +42,14 @@ struct Statistic {
   double (*of)(const Comparison&);
 };
 
-// net and mean are judged by their size: a loss is as far from none as a gain.
+// net, mean and median are judged by their size: a loss is as far from none as a gain.
 constexpr Statistic statistics[] = {
     {"rho", [](const Comparison& c) { return c.measures.rho; }},
+    {"std", [](const Comparison& c) { return c.measures.difference.std; }},
+    {"nmad", [](const Comparison& c) { return c.measures.difference.nmad; }},
     {"rms", [](const Comparison& c) { return c.measures.difference.rms; }},
     {"mean", [](const Comparison& c) { return std::fabs(c.measures.difference.mean); }},
+    {"median", [](const Comparison& c) { return std::fabs(c.measures.difference.median); }},
     {"net", [](const Comparison& c) { return std::fabs(c.measures.volume.net); }},
     {"above", [](const Comparison& c) { return c.measures.volume.above; }},
     {"below", [](const Comparison& c) { return c.measures.volume.below; }},
@@ -57,6 +60,10 @@ constexpr Statistic statistics[] = {
     {"p99", [](const Comparison& c) { return c.measures.difference.abs_percentiles[3]; }},
     {"max",
      [](const Comparison& c) { return std::max(c.measures.difference.max_above, c.measures.difference.max_below); }},
+    {"significant_area",  // a share of the area
+     [](const Comparison& c) {
+       return c.uncertainty.detected ? c.uncertainty.detected->area / c.domain_area : std::nan("");
+     }},
 };
 static_assert(percentile_levels == std::array<int, 4>{50, 90, 95, 99});
 
@@ -116,6 +123,20 @@ std::string parse_unit(const std::string& text) {
   throw UsageError(fmt::format("--unit: '{}' is not one of m, mm, cm, um, km, ft, us-ft, in", text));
 }
 
+SigmaSource parse_sigma(const std::string& text, const std::string& option) {
+  using Kind = SigmaSource::Kind;
+  if (const auto value = number(text)) {
+    if (*value < 0)
+      throw UsageError(fmt::format("{}: {} is no standard deviation, give one of 0 or more", option, text));
+    return {Kind::constant, *value, ""};
+  }
+  if (text.size() > 1 && text.front() == '@') return {Kind::attribute, 0, text.substr(1)};
+  if (!std::ifstream(text))
+    throw UsageError(fmt::format(
+        "{}: '{}' is neither a number, nor @ and an attribute, nor a raster that can be opened", option, text));
+  return {Kind::raster, 0, text};
+}
+
 Pose read_pose(const std::string& path) {
   std::ifstream file(path);
   if (!file)
@@ -157,6 +178,13 @@ std::vector<Tolerance> parse_tolerances(const std::string& text) {
     tolerances.push_back(std::move(tolerance));
   }
   return tolerances;
+}
+
+void check_tolerances(const std::vector<Tolerance>& tolerances, const UncertaintyOptions& options) {
+  const bool has_level = options.lod > 0 || options.sigma1.kind != SigmaSource::Kind::none;
+  for (const Tolerance& tolerance : tolerances)
+    if (tolerance.statistic == "significant_area" && !has_level)
+      throw UsageError("--fail-above: significant_area is known with --lod, or --sigma1 and --sigma2, alone");
 }
 
 std::string statistic_names() {

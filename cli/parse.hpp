@@ -17,6 +17,8 @@ namespace isopach::cli {
 [[nodiscard]] std::optional<Box2> parse_crop(const std::string& text);
 /// A name of a unit of length.
 [[nodiscard]] std::string parse_unit(const std::string& text);
+/// S | @attribute | FILE (a raster); `option` names it in the error.
+[[nodiscard]] SigmaSource parse_sigma(const std::string& text, const std::string& option);
 /// A file of four lines of four numbers (or sixteen in any lines), row-major, last row 0 0 0 1. InputError names the
 /// file.
 [[nodiscard]] Pose read_pose(const std::string& path);
@@ -30,6 +32,8 @@ struct Tolerance {
 [[nodiscard]] std::vector<Tolerance> parse_tolerances(const std::string& text);
 /// Names that --fail-above knows, "a, b, c".
 [[nodiscard]] std::string statistic_names();
+/// Throws UsageError for a statistic that a comparison with these options will not have.
+void check_tolerances(const std::vector<Tolerance>& tolerances, const UncertaintyOptions& options);
 /// One line for all tolerances that are exceeded; empty if none is.
 [[nodiscard]] std::string exceeded(const Comparison& comparison, const std::vector<Tolerance>& tolerances);
 

@@ -4,6 +4,7 @@
 #include "isopach/compare/compare.hpp"
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/compare/noise.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/delaunay/triangulate.hpp"
@@ -19,6 +20,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   Comparison c;
   c.options = options;
   stages::check_options(options);
+  stages::check_uncertainty(options.uncertainty);
   stages::check_units(cloud_a, cloud_b, options, c);
   stages::Clock clock(c.timing, context);
 
@@ -28,6 +30,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   both([&] { a = project(cloud_a, Pose{}, c.frame, options.project, context); },
        [&] { b = project(cloud_b, options.pose, c.frame, options.project, context); });
   stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
+  stages::Noise noise(options, context);
+  noise.take_sigmas(cloud_a, cloud_b, a, b);
 
   clock.start("delaunay");  // 1. T1, T2: O(n log n)
   Triangulation t1, t2;
@@ -68,9 +72,16 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.in_2.other, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.in_1.other, f1_at_b, +1);
 
+  const OverlayMesh mesh_1{t1, a.xy, a.z, a_in_2, f2_at_a, borders.kept_1};
+  const OverlayMesh mesh_2{t2, b.xy, b.z, b_in_1, f1_at_b, borders.kept_2};
+  noise.take_meshes(mesh_1, mesh_2);
+  noise.level_points(a, b, c.fields_a, c.fields_b);
+
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
     clock.start("overlay");
     stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, borders, c, context);
+    if (options.surface == Surface::overlay && noise.asked())
+      noise.take_overlay(Overlay(mesh_1, mesh_2, context), mesh_1, mesh_2);
   }
 
   clock.start("merge");
@@ -80,6 +91,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
   if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
+  noise.take_union(common.nodes);
   c.cells =
       stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
 
@@ -87,6 +99,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   const CellView cells = c.cells.view();
   if (options.surface != Surface::overlay) c.measures = measure(cells, context);
   stages::describe_domain(cells, borders, c);
+  noise.describe(c);
   clock.stop();
   return c;
 }

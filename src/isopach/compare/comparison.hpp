@@ -9,6 +9,7 @@
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/measure/measures.hpp"
+#include "isopach/measure/uncertainty.hpp"
 
 namespace isopach {
 
@@ -28,6 +29,7 @@ struct Cells {
   Array<double> z1, z2;            ///< f̂1 and f̂2 at each node (clamped to the hull boundary outside it)
   Triangulation triangulation;     ///< T
   Array<unsigned char> in_domain;  ///< one flag per real triangle of T
+  Array<double> lod;               ///< level of detection at each node; empty if there is none
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
   [[nodiscard]] CellView view() const { return {triangulation, xy, z1, z2, in_domain}; }
@@ -36,6 +38,7 @@ struct Cells {
 /// Of every input point: d under it, against the other surface. NaN where dropped or outside the other surface.
 struct PointFields {
   Array<double> dz_signed;  ///< B: own height − other surface; A: other surface − own height (so both mean B − A)
+  Array<double> lod;        ///< level of detection at every input point, NaN as above; empty if there is none
 };
 
 struct Timing {
@@ -49,8 +52,9 @@ struct Comparison {
   InputSummary a, b;
   std::string unit = "unknown";  ///< of lengths in the result ("unknown" is never taken for metres)
   double domain_area = 0, area_union = 0, coverage = 0;
-  Measures measures;                                ///< over options.surface; over T for `both`
-  std::optional<Measures> overlay;                  ///< `both` alone: the sums over the exact overlay (see sum_up)
+  Measures measures;                ///< over options.surface; over T for `both`
+  std::optional<Measures> overlay;  ///< `both` alone: the sums over the exact overlay (see sum_up)
+  Uncertainty uncertainty;
   double rho_dv = -1;                               ///< negative: not computed
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;

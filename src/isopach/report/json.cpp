@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/report/report.hpp"
+#include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -51,6 +52,20 @@ Json crop_json(const std::optional<Box2>& crop) {
   return Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
 }
 
+Json sigma_json(const SigmaSource& s) {
+  switch (s.kind) {
+    case SigmaSource::Kind::none:
+      return nullptr;
+    case SigmaSource::Kind::constant:
+      return real(s.value);
+    case SigmaSource::Kind::attribute:
+      return "@" + s.name;
+    case SigmaSource::Kind::raster:
+      return s.name;
+  }
+  return nullptr;
+}
+
 Json parameters_json(const Comparison& c) {
   const CompareOptions& o = c.options;
   const auto& r = c.frame.rotation;
@@ -68,6 +83,16 @@ Json parameters_json(const Comparison& c) {
           {"unit", c.unit},
           {"height_unit", height_unit(c)},
           {"locate", to_text(o.locate)},
+          {"sigma1", sigma_json(o.uncertainty.sigma1)},
+          {"sigma2", sigma_json(o.uncertainty.sigma2)},
+          {"lod", o.uncertainty.lod > 0 ? real(o.uncertainty.lod) : Json(nullptr)},
+          {"confidence", real(o.uncertainty.confidence)},
+          {"uncertainty_model", to_text(o.uncertainty.model)},
+          {"correlation", to_text(o.uncertainty.correlation)},
+          {"correlation_range",
+           o.uncertainty.correlation_range > 0 ? real(o.uncertainty.correlation_range) : Json(nullptr)},
+          {"registration_error",
+           o.uncertainty.registration_error > 0 ? real(o.uncertainty.registration_error) : Json(nullptr)},
           {"min_coverage", real(o.min_coverage)},
           {"allow_crs", o.allow_crs},
           {"check_layers", o.check_layers}};
@@ -113,6 +138,29 @@ Json difference_json(const DifferenceStatistics& d) {
           {"histogram", {{"edges", reals(d.histogram.edges)}, {"areas", reals(d.histogram.areas)}}}};
 }
 
+/// What was not asked for is null: no ±0 for want of data.
+Json uncertainty_json(const Comparison& c) {
+  const Uncertainty& u = c.uncertainty;
+  const Json none = nullptr;
+  const auto of = [&](double VolumeTriple::*part) { return u.sigma ? real((*u.sigma).*part) : none; };
+  const auto net = net_interval(c);
+  return {{"model", to_text(c.options.uncertainty.model)},
+          {"confidence", real(c.options.uncertainty.confidence)},
+          {"lod", u.lod ? real(*u.lod) : none},
+          {"lod_rule", u.lod ? Json(u.lod_is_given ? "given" : "sigmas") : none},
+          {"sigma_net", of(&VolumeTriple::net)},
+          {"sigma_above", of(&VolumeTriple::above)},
+          {"sigma_below", of(&VolumeTriple::below)},
+          {"interval_net", net ? Json::array({real(net->first), real(net->second)}) : none},
+          {"rectification_bias_max", u.rectification_bias ? real(*u.rectification_bias) : none},
+          {"thresholded", u.detected ? Json{{"above", real(u.detected->above)},
+                                            {"below", real(u.detected->below)},
+                                            {"area", real(u.detected->area)}}
+                                     : none},
+          {"significant_area", u.detected ? real(u.detected->area / c.domain_area) : none},
+          {"noise_floor", {{"rho", none}, {"above", none}, {"below", none}}}};
+}
+
 /// The stages every comparison has come first, each the sum of the stages of that name; others follow by their own
 /// names.
 Json timing_json(const Timing& timing) {
@@ -156,11 +204,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
        {{"method", to_text(c.options.locate)},
         {"visited_1_in_2", c.visited_1_in_2},
         {"visited_2_in_1", c.visited_2_in_1}}},
-      {"uncertainty",
-       {{"model", "none"},
-        {"lod", none},
-        {"sigma_net", none},
-        {"noise_floor", {{"rho", none}, {"above", none}, {"below", none}}}}},
+      {"uncertainty", uncertainty_json(c)},
       {"border",
        {{"rule", to_text(c.options.border)},
         {"trimmed_area", real(c.trimmed_area)},

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 
 namespace isopach {
@@ -91,6 +92,9 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
                 signed_number(v.below - w.below, plain));
   }
   s.line("border", border_sentence(c));
+  const auto sentences = uncertainty_sentences(
+      c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); });
+  for (std::size_t i = 0; i < sentences.size(); ++i) s.line(i == 0 ? "uncertainty" : "", sentences[i]);
   if (truth) add_truth(s, *truth, m);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
   s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));

@@ -1,0 +1,202 @@
+#include "isopach/compare/noise.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "isopach/base/error.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+
+namespace isopach::stages {
+
+bool Noise::has_sigmas() const { return !sigma_[0].empty(); }
+bool Noise::has_model() const { return options_.uncertainty.model != UncertaintyModel::none; }
+
+bool Noise::asked() const {
+  const UncertaintyOptions& o = options_.uncertainty;
+  return o.lod > 0 || o.model != UncertaintyModel::none || o.sigma1.kind != SigmaSource::Kind::none;
+}
+
+void check_uncertainty(const UncertaintyOptions& o) {
+  using Kind = SigmaSource::Kind;
+  using Model = UncertaintyModel;
+  const auto length = [](const char* option, double value) {
+    if (!(value >= 0) || std::isinf(value))
+      throw UsageError(fmt::format("{}: {} is no length, give one above 0", option, value));
+  };
+  length("--lod", o.lod);
+  length("--correlation-range", o.correlation_range);
+  length("--registration-error", o.registration_error);
+  if (!(o.confidence > 0 && o.confidence < 1))
+    throw UsageError(fmt::format("--confidence: {} is no probability between 0 and 1, e.g. 0.95", o.confidence));
+  for (const auto& [option, source] : {std::pair{"--sigma1", &o.sigma1}, std::pair{"--sigma2", &o.sigma2}})
+    if (source->kind == Kind::constant && (!(source->value >= 0) || std::isinf(source->value)))
+      throw UsageError(fmt::format("{}: {} is no standard deviation, give one of 0 or more", option, source->value));
+  const bool has_1 = o.sigma1.kind != Kind::none, has_2 = o.sigma2.kind != Kind::none;
+  if (has_1 != has_2)
+    throw UsageError(
+        fmt::format("{0}: also give {1}, for what is known of one scan alone says nothing of the "
+                    "difference ({1} 0 for one without noise)",
+                    has_1 ? "--sigma1" : "--sigma2", has_1 ? "--sigma2" : "--sigma1"));
+  if ((o.model == Model::independent || o.model == Model::correlated) && !has_1)
+    throw UsageError("--uncertainty-model: needs the noise of both scans, --sigma1 and --sigma2");
+  if (o.model == Model::correlated && !(o.correlation_range > 0))
+    throw UsageError(
+        "--uncertainty-model correlated: needs --correlation-range, the distance over which errors are "
+        "alike");
+  if (o.model == Model::registration && !(o.registration_error > 0))
+    throw UsageError(
+        "--uncertainty-model registration: needs --registration-error, the standard deviation of the "
+        "vertical shift between the scans");
+  if (o.correlation_range > 0 && (o.model == Model::none || o.model == Model::independent))
+    throw UsageError("--correlation-range: acts in --uncertainty-model correlated or registration alone");
+  if (o.correlation_range > 0 && !has_1)
+    throw UsageError("--correlation-range: needs the noise of both scans, --sigma1 and --sigma2");
+  if (o.registration_error > 0 && o.model != Model::registration)
+    throw UsageError("--registration-error: acts in --uncertainty-model registration alone");
+}
+
+void Noise::take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b) {
+  const UncertaintyOptions& o = options_.uncertainty;
+  if (o.sigma1.kind == SigmaSource::Kind::none) return;
+  const DuplicatePolicy policy = options_.project.duplicates;
+  sigma_[0] = sigma_of_nodes(a, Pose{}, field_a, o.sigma1, policy, "--sigma1", context_);
+  sigma_[1] = sigma_of_nodes(b, options_.pose, field_b, o.sigma2, policy, "--sigma2", context_);
+}
+
+void Noise::take_meshes(const OverlayMesh& m1, const OverlayMesh& m2) {
+  if (!has_sigmas()) return;
+  in_other_[0] = stencils(m1.in_other, m1.xy, m2.t, m2.xy, context_);
+  in_other_[1] = stencils(m2.in_other, m2.xy, m1.t, m1.xy, context_);
+  if (!(options_.uncertainty.correlation_range > 0)) return;
+  xy_[0].assign(m1.xy.begin(), m1.xy.end());
+  xy_[1].assign(m2.xy.begin(), m2.xy.end());
+}
+
+// Where it is the same everywhere.
+std::optional<double> Noise::constant_level() const {
+  const UncertaintyOptions& o = options_.uncertainty;
+  if (o.lod > 0) return o.lod;
+  if (!has_sigmas()) return std::nullopt;
+  std::array<double, 2> sigma{};
+  for (std::size_t scan = 0; scan < 2; ++scan) {
+    const auto [least, most] = std::minmax_element(sigma_[scan].begin(), sigma_[scan].end());
+    if (*least != *most) return std::nullopt;
+    sigma[scan] = *least;
+  }
+  return deviations() * std::hypot(std::hypot(sigma[0], sigma[1]), o.registration_error);
+}
+
+void Noise::level_points(const HeightField& a, const HeightField& b, PointFields& of_a, PointFields& of_b) const {
+  const UncertaintyOptions& o = options_.uncertainty;
+  if (!(o.lod > 0) && !has_sigmas()) return;
+  const double k = deviations();
+  const auto fill = [&](std::size_t scan, const HeightField& field, PointFields& fields) {
+    fields.lod.resize(fields.dz_signed.size());
+    for_each_index(fields.lod.size(), [&](std::size_t i) {
+      const Index node = field.node_of_point[i];
+      if (std::isnan(fields.dz_signed[i]) || node == no_index)
+        fields.lod[i] = std::numeric_limits<double>::quiet_NaN();
+      else if (o.lod > 0)
+        fields.lod[i] = o.lod;
+      else
+        fields.lod[i] = k * std::hypot(std::hypot(sigma_[scan][node], in_other_[scan][node].apply(sigma_[1 - scan])),
+                                       o.registration_error);
+    });
+  };
+  fill(0, a, of_a);
+  fill(1, b, of_b);
+}
+
+void Noise::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2) {
+  if (const auto level = constant_level()) overlay_detected_ = detect(overlay, *level, context_);
+  if (has_model()) overlay_weights_ = weights_of_overlay(overlay, m1, m2, context_);
+}
+
+void Noise::take_union(const UnitedNodes& nodes) {
+  if (!has_sigmas()) return;
+  node_of_ = {nodes.of_1, nodes.of_2};
+}
+
+// Per node of T: the level of detection there, or the deviation of d. The deviation of an interpolated height is taken
+// as the interpolated deviation: its upper bound, reached when the nodes of a triangle err alike.
+Array<double> Noise::at_union(bool levels) const {
+  const double k = levels ? deviations() : 1, shift = levels ? options_.uncertainty.registration_error : 0;
+  Array<double> result(node_of_[0].size());
+  for_each_index(result.size(), [&](std::size_t i) {
+    const Index i1 = node_of_[0][i], i2 = node_of_[1][i];
+    const double s1 = i1 != no_index ? sigma_[0][i1] : in_other_[1][i2].apply(sigma_[0]);
+    const double s2 = i2 != no_index ? sigma_[1][i2] : in_other_[0][i1].apply(sigma_[1]);
+    result[i] = k * std::hypot(std::hypot(s1, s2), shift);
+  });
+  return result;
+}
+
+VolumeTriple Noise::variance_of(std::size_t scan, const NodeWeights& weights) const {
+  const UncertaintyOptions& o = options_.uncertainty;
+  if (o.model == UncertaintyModel::independent || !(o.correlation_range > 0))
+    return independent_variance(weights, sigma_[scan]);
+  return correlated_variance(weights, sigma_[scan], xy_[scan], o.correlation, o.correlation_range, context_);
+}
+
+void Noise::describe_volumes(Comparison& c) {
+  const NodeWeights of_cells = weights_of_cells(c.cells.view(), context_);
+  VolumeTriple area{}, variance{};
+  Sum net, above, below, bias;
+  for (const VolumeTriple& w : overlay_weights_ ? (*overlay_weights_)[0] : of_cells)
+    net.add(w.net), above.add(w.above), below.add(w.below);
+  area = {net.value(), above.value(), below.value()};
+  if (has_sigmas()) {
+    for (std::size_t scan = 0; scan < 2; ++scan) {
+      const VolumeTriple v =
+          variance_of(scan, overlay_weights_ ? (*overlay_weights_)[scan]
+                                             : weights_of_scan(of_cells, node_of_[scan], node_of_[1 - scan],
+                                                               in_other_[1 - scan], sigma_[scan].size()));
+      variance.net += v.net, variance.above += v.above, variance.below += v.below;
+    }
+  }
+  const double shift = options_.uncertainty.registration_error;
+  c.uncertainty.sigma = {std::hypot(std::sqrt(variance.net), shift * area.net),
+                         std::hypot(std::sqrt(variance.above), shift * area.above),
+                         std::hypot(std::sqrt(variance.below), shift * area.below)};
+  // Also of the shift, which is part of the error of d everywhere.
+  Array<double> deviation;
+  if (has_sigmas()) deviation = at_union(false);
+  for (std::size_t i = 0; i < of_cells.size(); ++i)
+    bias.add(of_cells[i].net * std::hypot(has_sigmas() ? deviation[i] : 0, shift));
+  c.uncertainty.rectification_bias = bias.value() / std::sqrt(2 * std::numbers::pi);
+}
+
+void Noise::describe(Comparison& c) {
+  if (!asked()) return;
+  const UncertaintyOptions& o = options_.uncertainty;
+  Uncertainty& u = c.uncertainty;
+  u.deviations = deviations();
+  const CellView cells = c.cells.view();
+  if (o.lod > 0) {
+    u.lod = o.lod;
+    u.lod_is_given = true;
+    c.cells.lod.assign(cells.xy.size(), o.lod);
+    u.detected = overlay_detected_ ? *overlay_detected_ : detect(cells, o.lod, context_);
+  } else if (has_sigmas()) {
+    c.cells.lod = at_union(true);
+    u.detected = overlay_detected_ ? *overlay_detected_ : detect(cells, c.cells.lod, context_);
+    const auto [least, most] = std::minmax_element(c.cells.lod.begin(), c.cells.lod.end());
+    Sum sum, area;
+    for (std::size_t i = 0; i < cells.t.real; ++i) {
+      if (cells.in_domain[i] == 0) continue;
+      const auto& v = cells.t.triangles[i].v;
+      const double share = cell_at(cells, i).area;
+      sum.add(share * ((c.cells.lod[v[0]] + c.cells.lod[v[1]] + c.cells.lod[v[2]]) / 3));
+      area.add(share);
+    }
+    u.lod = *least == *most ? *least : std::clamp(sum.value() / area.value(), *least, *most);
+  }
+  if (has_model()) describe_volumes(c);
+}
+
+}  // namespace isopach::stages

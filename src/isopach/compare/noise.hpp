@@ -1,0 +1,64 @@
+// noise: what options.uncertainty asks for, on the way through a comparison. σ of the points becomes σ of the nodes;
+// what T1 and T2 know of interpolation is kept before they go; weights, levels and volumes come when T is there.
+#pragma once
+#include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/common.hpp"
+#include "isopach/overlay/overlay.hpp"
+
+namespace isopach::stages {
+
+/// Standard deviation of the height of each node. By `mean`, m merged points of σ_i have √(Σ σ_i²) / m; by any other
+/// rule the node has the largest of its points (the least that is certainly enough). A function of the set of points.
+/// Errors, naming `option` (e.g. "--sigma1"): no such attribute, a raster that cannot be read or does not reach a
+/// point, a value that is no standard deviation.
+[[nodiscard]] Array<double> sigma_of_nodes(const Cloud& cloud, const Pose& pose, const HeightField& field,
+                                           const SigmaSource& source, DuplicatePolicy policy, const std::string& option,
+                                           const Context& context);
+
+/// Refuses options that contradict one another or mean nothing, naming them.
+void check_uncertainty(const UncertaintyOptions& options);
+
+class Noise {
+ public:
+  Noise(const CompareOptions& options, const Context& context) : options_(options), context_(context) {}
+
+  /// Whether anything is to be known of noise; otherwise nothing below does anything or takes memory.
+  [[nodiscard]] bool asked() const;
+
+  void take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b);
+
+  /// While T1, T2 and the locations are there.
+  void take_meshes(const OverlayMesh& m1, const OverlayMesh& m2);
+
+  /// Levels of detection at the input points.
+  void level_points(const HeightField& a, const HeightField& b, PointFields& of_a, PointFields& of_b) const;
+
+  /// For measures over the overlay: weights of the nodes, and the significant part where the level is the same
+  /// everywhere (where it varies, that part is found on T).
+  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2);
+
+  void take_union(const UnitedNodes& nodes);
+
+  /// Everything into c.uncertainty and c.cells.lod, once the measures are there.
+  void describe(Comparison& c);
+
+ private:
+  [[nodiscard]] bool has_sigmas() const;
+  [[nodiscard]] bool has_model() const;
+  [[nodiscard]] std::optional<double> constant_level() const;
+  [[nodiscard]] double deviations() const { return normal_deviations(options_.uncertainty.confidence); }
+  [[nodiscard]] Array<double> at_union(bool levels) const;
+  [[nodiscard]] VolumeTriple variance_of(std::size_t scan, const NodeWeights& weights) const;
+  void describe_volumes(Comparison& c);
+
+  const CompareOptions& options_;
+  const Context& context_;
+  std::array<Array<double>, 2> sigma_;      // per node of each scan
+  std::array<Array<Point2>, 2> xy_;         // for correlated noise alone
+  std::array<Array<Stencil>, 2> in_other_;  // of each node of a scan, in the other
+  std::array<Array<Index>, 2> node_of_;     // per node of T its node of each scan
+  std::optional<std::array<NodeWeights, 2>> overlay_weights_;
+  std::optional<Detected> overlay_detected_;
+};
+
+}  // namespace isopach::stages

@@ -1,0 +1,111 @@
+#include "isopach/measure/detection.hpp"
+
+#include <cmath>
+#include <numbers>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+
+namespace isopach {
+
+namespace {
+
+constexpr std::size_t block = 1 << 13;
+
+struct Sums {
+  Sum above, below, area;
+  void add(const Detected& d) { above.add(d.above), below.add(d.below), area.add(d.area); }
+  void add(const Sums& s) { above.add(s.above), below.add(s.below), area.add(s.area); }
+};
+
+// `for_block(begin, end, sums)` on fixed blocks of n items.
+template <class F>
+Detected over_blocks(std::size_t n, F&& for_block) {
+  const Sums total = reduce_blocks<Sums>(
+      n, block,
+      [&](std::size_t begin, std::size_t end) {
+        Sums part;
+        for_block(begin, end, part);
+        return part;
+      },
+      [](Sums& left, const Sums& right) { left.add(right); });
+  return {total.above.value(), total.below.value(), total.area.value()};
+}
+
+template <class Source>
+Detected detect_constant(const Source& cells, double lod, const Context& context) {
+  context.check();
+  return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+    for_cells(cells, begin, end, [&](const Cell& cell) { part.add(detect(cell, {lod, lod, lod})); });
+  });
+}
+
+// The corner triangle that the zero line cuts off at the corner c, whose sign the other two do not share.
+std::array<double, 3> corner_shares(const std::array<double, 3>& s, std::size_t c) {
+  const std::size_t a = (c + 1) % 3, b = (c + 2) % 3;
+  const double to_a = s[c] / (s[c] - s[a]), to_b = s[c] / (s[c] - s[b]);  // in (0, 1]: how far along either side
+  const double share = to_a * to_b;
+  std::array<double, 3> shares{};
+  shares[a] = share * to_a / 3;
+  shares[b] = share * to_b / 3;
+  shares[c] = share * ((1 - to_a) + (1 - to_b) + 1) / 3;
+  return shares;
+}
+
+}  // namespace
+
+double normal_deviations(double confidence) {
+  double low = 0, high = 9;  // beyond 8.3 the probability of more is below the spacing of doubles next to 1
+  for (;;) {
+    const double middle = low + (high - low) / 2;
+    if (middle <= low || middle >= high) return high;
+    (std::erfc(middle / std::numbers::sqrt2) > 1 - confidence ? low : high) = middle;
+  }
+}
+
+std::array<double, 3> positive_shares(const std::array<double, 3>& s) {
+  std::size_t positive = 0, last_positive = 0, last_other = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    positive += s[i] > 0 ? 1 : 0;
+    (s[i] > 0 ? last_positive : last_other) = i;
+  }
+  if (positive == 0) return {0, 0, 0};
+  if (positive == 3) return {1. / 3, 1. / 3, 1. / 3};
+  if (positive == 1) return corner_shares(s, last_positive);
+  if (s[last_other] == 0) return {1. / 3, 1. / 3, 1. / 3};
+  std::array<double, 3> shares = corner_shares(s, last_other);
+  for (double& share : shares) share = 1. / 3 - share;
+  return shares;
+}
+
+Detected detect(const Cell& cell, const std::array<double, 3>& lod) {
+  const auto& d = cell.d;
+  Detected result;
+  for (const int sign : {1, -1}) {
+    const auto shares = positive_shares({sign * d[0] - lod[0], sign * d[1] - lod[1], sign * d[2] - lod[2]});
+    (sign > 0 ? result.above : result.below) =
+        cell.area * sign * (shares[0] * d[0] + shares[1] * d[1] + shares[2] * d[2]);
+    result.area += cell.area * (shares[0] + shares[1] + shares[2]);
+  }
+  return result;
+}
+
+Detected detect(const CellView& cells, std::span<const double> lod, const Context& context) {
+  context.check();
+  return over_blocks(cells.t.real, [&](std::size_t begin, std::size_t end, Sums& part) {
+    for (std::size_t i = begin; i < end; ++i) {
+      if (cells.in_domain[i] == 0) continue;
+      const auto& v = cells.t.triangles[i].v;
+      part.add(detect(cell_at(cells, i), {lod[v[0]], lod[v[1]], lod[v[2]]}));
+    }
+  });
+}
+
+Detected detect(const CellView& cells, double lod, const Context& context) {
+  return detect_constant(cells, lod, context);
+}
+Detected detect(const Overlay& overlay, double lod, const Context& context) {
+  return detect_constant(overlay, lod, context);
+}
+
+}  // namespace isopach

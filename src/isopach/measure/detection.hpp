@@ -1,0 +1,38 @@
+// detection: the part of a difference that is larger than its noise. A level of detection L(x, y) ≥ 0, linear on each
+// cell, parts the domain into where |d| > L (significant) and the rest.
+#pragma once
+#include <array>
+#include <span>
+
+#include "isopach/measure/cells.hpp"
+
+namespace isopach {
+
+/// k such that a normal variable lies within ±k standard deviations with probability `confidence`, 0 < confidence < 1:
+/// 1.96 for 0.95. To the last digits (bisection on erfc). Oracle: tests/measure/detection_test.cpp.
+[[nodiscard]] double normal_deviations(double confidence);
+
+/// ∫ over the part of a triangle of area 1 where the linear function with values s at the corners is > 0, of each of
+/// the three hat functions. Their sum is the share of the area; Σ shares[i] · f[i] is the integral of a linear f. In
+/// closed form. Oracle: tests/measure/detection_test.cpp (clipping).
+[[nodiscard]] std::array<double, 3> positive_shares(const std::array<double, 3>& s);
+
+/// Gross volumes and area of the significant part alone. There is no net: leaving out small differences favours
+/// the sign that has the larger ones, so a net of the rest is biased.
+struct Detected {
+  double above = 0;  ///< ∫ d where d > L
+  double below = 0;  ///< ∫ −d where −d > L
+  double area = 0;   ///< where |d| > L
+};
+
+/// Of one cell with levels `lod` at its corners, exactly.
+[[nodiscard]] Detected detect(const Cell& cell, const std::array<double, 3>& lod);
+
+/// Over the domain; `lod` per node of T. Compensated sums over fixed blocks. Cost O(cells).
+[[nodiscard]] Detected detect(const CellView& cells, std::span<const double> lod, const Context& context);
+
+/// The same with one level everywhere.
+[[nodiscard]] Detected detect(const CellView& cells, double lod, const Context& context);
+[[nodiscard]] Detected detect(const Overlay& overlay, double lod, const Context& context);
+
+}  // namespace isopach

@@ -1,0 +1,28 @@
+// What a comparison says of its uncertainty, in plain sentences.
+#pragma once
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "isopach/report/words.hpp"
+
+namespace isopach {
+
+/// net ± deviations · sigma; nothing without a model.
+[[nodiscard]] std::optional<std::pair<double, double>> net_interval(const Comparison& c);
+
+/// Whether 0 lies outside that interval; false without a model.
+[[nodiscard]] bool net_is_significant(const Comparison& c);
+
+/// Of the net, of the gross under the level of detection, of the bias of the gross. Empty where nothing was asked for.
+[[nodiscard]] std::vector<std::string> uncertainty_sentences(const Comparison& c, const Quantity& quantity);
+
+/// Name of the field that holds the level of detection at a point: "lod95" at a confidence of 0.95, "lod99_9" at
+/// 0.999, "lod" where the user gave the level.
+[[nodiscard]] std::string lod_field_name(const Comparison& c);
+
+[[nodiscard]] const char* to_text(UncertaintyModel model);
+[[nodiscard]] const char* to_text(CorrelationShape shape);
+
+}  // namespace isopach
