@@ -64,7 +64,7 @@ struct Uncertainty {
 using NodeWeights = Array<VolumeTriple>;
 
 /// Weights of the nodes of T: the integrals of their hat functions over the domain, over d > 0 and over d < 0. One pass
-/// over the triangles in their order. Cost O(triangles). Oracle: tests/measure/uncertainty_test.cpp (derivatives by
+/// over the triangles in their order. Cost O(triangles). Oracle: tests/compare/noise_test.cpp (derivatives by
 /// differences).
 [[nodiscard]] NodeWeights weights_of_cells(const CellView& cells, const Context& context);
 
@@ -91,7 +91,7 @@ using NodeWeights = Array<VolumeTriple>;
 /// with itself. Squares further apart than 1 (spherical), 2.5 (exponential) or 1.6 (gaussian) ranges count nothing,
 /// which leaves out at most 0.5 % of the variance. Within 1 % of the double sum in all tests. Never below the
 /// independent variance. Cost O(n log n + 700 squares), in parallel, memory 40 bytes a square. Oracle:
-/// tests/measure/uncertainty_test.cpp (the double sum over all pairs).
+/// tests/compare/noise_test.cpp (the double sum over all pairs).
 [[nodiscard]] VolumeTriple correlated_variance(const NodeWeights& weights, std::span<const double> sigma,
                                                std::span<const Point2> xy, CorrelationShape shape, double range,
                                                const Context& context);
