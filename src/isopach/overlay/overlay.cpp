@@ -124,6 +124,7 @@ class Overlay::Flood {
       : o_(overlay.outer_), i_(overlay.inner_), exchanged_(overlay.exchanged_), b_(*scratch.buffers_), t_(outer) {
     const auto& v = o_.t.triangles[outer].v;
     for (unsigned k = 0; k < 3; ++k) {
+      v_[k] = v[k];
       p_[k] = o_.xy[v[k]];
       z_[k] = o_.z[v[k]];
       other_z_[k] = o_.other_z[v[k]];
@@ -139,7 +140,8 @@ class Overlay::Flood {
     (void)b_.found.add(start);
     for (unsigned k = 0; k < 3; ++k) node_[k] = view(i_.t.triangles[start].v[k]);
     for (unsigned k = 0; k < 3; ++k) edge_[k] = view(node_[k], node_[next3(k)]);
-    visit(start, 0, 3);
+    first_ = 0;
+    visit(start, 3);
     while (!b_.open.empty()) {
       const Seen& seen = b_.open.back();
       const Index inner = seen.inner, entry = seen.entry;
@@ -150,7 +152,8 @@ class Overlay::Flood {
       node_[2] = view(i_.t.triangles[inner].v[previous_side(entry)]);
       edge_[1] = view(node_[1], node_[2]);
       edge_[2] = view(node_[2], node_[0]);
-      visit(inner, entry, 0);
+      first_ = entry;
+      visit(inner, 0);
     }
   }
 
@@ -193,11 +196,12 @@ class Overlay::Flood {
     return {e.meets, ~e.right & 7u, e.crossed, {-e.side[0], -e.side[1], -e.side[2]}};
   }
 
-  // node_ and edge_ are those of the triangle, from its side `first` on; edge `known` has been crossed.
-  void visit(Index inner, Index first, unsigned known) {
+  // node_ and edge_ are those of the triangle, from its side first_ on; edge `known` has been crossed.
+  void visit(Index inner, unsigned known) {
+    at_ = inner;
     add_cell(inner);
     const auto& twins = i_.t.triangles[inner].n;
-    Index side = first;
+    Index side = first_;
     for (unsigned k = 0; k < 3; ++k, side = next_side(side)) {
       if (k == known || !edge_[k].meets) continue;
       const Index next = triangle_of(twins[side]);
@@ -219,6 +223,7 @@ class Overlay::Flood {
     c_->t2 = exchanged_ ? t_ : inner;
     c_->origin = p_[0];
     c_->corners = 0;
+    c_->crossings = 0;
     zo_ = exchanged_ ? c_->z2.data() : c_->z1.data();
     zi_ = exchanged_ ? c_->z1.data() : c_->z2.data();
     const unsigned in = ~(edge_[0].right | edge_[1].right | edge_[2].right) & 7u;  // corners in the inner triangle
@@ -259,23 +264,27 @@ class Overlay::Flood {
     }
   }
 
-  void put(double x, double y, double zo, double zi) {
+  void put(OverlayCorner of, double x, double y, double zo, double zi) {
     const unsigned k = c_->corners++;
+    c_->of[k] = of;
     c_->x[k] = x;
     c_->y[k] = y;
     zo_[k] = zo;
     zi_[k] = zi;
   }
-  void put_outer(unsigned k) { put(x_[k], y_[k], z_[k], other_z_[k]); }
+  void put_outer(unsigned k) { put({v_[k], no_index}, x_[k], y_[k], z_[k], other_z_[k]); }
   void put_inner(unsigned k) {
     const NodeView& n = node_[k];
-    put(-n.x[0], -n.y[0], i_.other_z[n.id], i_.z[n.id]);
+    put({no_index, n.id}, -n.x[0], -n.y[0], i_.other_z[n.id], i_.z[n.id]);
   }
   void put_crossing(unsigned i, unsigned j) {
     const NodeView &a = node_[j], &b = node_[next3(j)];
     const double r = share(edge_[j].side[i], edge_[j].side[next3(i)]), u = share(a.side[i], b.side[i]);
     const double za = i_.z[a.id], zb = i_.z[b.id];
-    put(x_[i] + r * dx_[i], y_[i] + r * dy_[i], z_[i] + r * (z_[next3(i)] - z_[i]), za + u * (zb - za));
+    const Index side = (first_ + j) % 3;
+    c_->crossings |= static_cast<std::uint8_t>(1u << c_->corners);
+    put({i, half_edge(at_, side)}, x_[i] + r * dx_[i], y_[i] + r * dy_[i], z_[i] + r * (z_[next3(i)] - z_[i]),
+        za + u * (zb - za));
   }
   // Of an edge up to its crossing, from the areas on both sides, which have opposite signs. Both 0: less than the
   // smallest double apart.
@@ -288,6 +297,8 @@ class Overlay::Flood {
   bool exchanged_;
   Scratch::Buffers& b_;
   Index t_;
+  Index at_ = 0, first_ = 0;  // the inner triangle, and its side that node_ and edge_ begin with
+  Index v_[3];
   Point2 p_[3];
   double z_[3], other_z_[3], x_[3], y_[3], dx_[3], dy_[3];
   NodeView node_[3];
@@ -477,7 +488,7 @@ std::vector<Overlay::Start> Overlay::without_nodes_inside() const {
 
 std::span<const OverlayCell> Overlay::cells(std::size_t item, Scratch& scratch) const {
   const bool late = item >= outer_.t.real;
-  const auto t = late ? late_[item - outer_.t.real].outer : static_cast<Index>(item);
+  const Index t = outer_of(item);
   const Index start = late ? late_[item - outer_.t.real].inner : start_of(t);
   if (start == no_index || (!outer_.kept.empty() && outer_.kept[t] == 0)) return {};
   Flood(*this, scratch, t).run(start);

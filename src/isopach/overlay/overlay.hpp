@@ -13,6 +13,7 @@
 // Coordinates of crossings are computed in doubles, relative to the outer triangle, for the integral alone.
 #pragma once
 #include <array>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <vector>
@@ -33,6 +34,12 @@ struct OverlayMesh {
   std::span<const unsigned char> kept = {};  ///< one per real triangle: part of the domain; empty = all
 };
 
+/// What a corner of a cell is: an outer node (node, no_index), an inner node (no_index, node), or the crossing of a
+/// side 0, 1, 2 of the outer triangle with a half-edge of the inner mesh.
+struct OverlayCorner {
+  Index outer, inner;
+};
+
 struct OverlayCell {
   Index t1, t2;      ///< the two triangles
   unsigned corners;  ///< 3 to 6, counter-clockwise
@@ -40,8 +47,17 @@ struct OverlayCell {
   Point2 origin;     ///< x, y are relative to it: a corner of the outer triangle
   std::array<double, 6> x, y;
   std::array<double, 6> z1, z2;  ///< both surfaces at the corners
+  std::array<OverlayCorner, 6> of;
+  std::uint8_t crossings;  ///< bit i: corner i is a crossing
 
   [[nodiscard]] double d(unsigned corner) const { return z2[corner] - z1[corner]; }
+};
+
+/// The overlay as one mesh in which cells share their corners: every cell is fanned into triangles.
+struct OverlaySurface {
+  Array<Point2> xy;                       ///< nodes of both meshes and crossings, those of a cell only
+  Array<double> z1, z2;                   ///< both surfaces there
+  Array<std::array<Index, 3>> triangles;  ///< counter-clockwise
 };
 
 class Overlay {
@@ -62,12 +78,20 @@ class Overlay {
   /// tests/overlay/overlay_test.cpp (all pairs of triangles clipped).
   [[nodiscard]] std::span<const OverlayCell> cells(std::size_t item, Scratch& scratch) const;
 
+  /// All cells as one mesh, to be drawn or written; cells without area are left out. Cost and memory O(cells): about
+  /// 1.2 kB a node of one mesh. Throws InputError if it has more corners than indices. Oracle:
+  /// tests/overlay/overlay_surface_test.cpp.
+  [[nodiscard]] OverlaySurface surface(const Context& context) const;
+
  private:
   struct Start {
     Index outer, inner;  // triangles with a common interior
   };
   class Flood;
 
+  [[nodiscard]] Index outer_of(std::size_t item) const {
+    return item < outer_.t.real ? static_cast<Index>(item) : late_[item - outer_.t.real].outer;
+  }
   [[nodiscard]] bool has_node_inside(Index outer_triangle) const;
   [[nodiscard]] Index start_of(Index outer_triangle) const;
   void find_late();
