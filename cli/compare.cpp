@@ -154,6 +154,8 @@ int run_compare(const Arguments& arguments) {
   std::unique_ptr<OutputFolder> folder;
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
 
+  request.options.keep_overlay =
+      folder != nullptr && !request.delivery.no_cells && request.options.surface != Surface::common;
   Stopwatch watch;
   ReadOptions wanted = read_options(request.options.project);
   const UncertaintyOptions& uncertainty = request.options.uncertainty;

@@ -112,6 +112,14 @@ void write_scan(const Cloud& cloud, const PointFields& fields, const std::string
   write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), extra, context);
 }
 
+/// difference.ply shows the cells that were measured; with --surface both the overlay's stand beside those of T.
+void write_all_cells(const Comparison& c, OutputFolder& folder, const Context& context) {
+  if (c.options.surface != Surface::overlay) write_cells(folder.path("difference.ply"), c, context);
+  if (c.options.surface == Surface::common) return;
+  write_overlay_cells(folder.path(c.options.surface == Surface::both ? "difference_overlay.ply" : "difference.ply"), c,
+                      context);
+}
+
 }  // namespace
 
 void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
@@ -119,7 +127,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
   const Context& context = run.context();
   Stopwatch watch;
   if (folder != nullptr) {
-    if (!delivery.no_cells) write_cells(folder->path("difference.ply"), comparison, context);
+    if (!delivery.no_cells) write_all_cells(comparison, *folder, context);
     if (!delivery.no_points) {
       write_scan(a, comparison.fields_a, "points_a", *folder, context);
       write_scan(b, comparison.fields_b, "points_b", *folder, context);

@@ -81,6 +81,16 @@ class Output(CliTest):
             self.run_cli("compare", a, b, "-o", option[2:], option)
             self.assertEqual({p.name for p in self.path(option[2:]).iterdir()}, self.FILES - gone)
 
+    def test_cells_of_the_overlay(self):
+        a, b = self.scans()
+        for surface, more in [("common", set()), ("overlay", set()), ("both", {"difference_overlay.ply"})]:
+            self.run_cli("compare", a, b, "-o", surface, "--surface", surface)
+            self.assertEqual({p.name for p in self.path(surface).iterdir()}, self.FILES | more)
+        read = lambda name: self.path(name).read_bytes()
+        self.assertEqual(read("overlay/difference.ply"), read("both/difference_overlay.ply"))
+        self.assertEqual(read("common/difference.ply"), read("both/difference.ply"))
+        self.assertNotEqual(read("common/difference.ply"), read("overlay/difference.ply"))
+
     def test_failure_keeps_the_old_files(self):
         a, b = self.scans()
         self.run_cli("compare", a, b, "-o", "out")

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "isopach/delaunay/triangulate.hpp"
 #include "isopach/overlay/hulls.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"

@@ -5,6 +5,7 @@
 #include <gtest/gtest.h>
 
 #include "isopach/base/error.hpp"
+#include "isopach/compare/compare.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/report.hpp"
 #include "tests/report/sample_comparison.hpp"
@@ -45,6 +46,33 @@ TEST(WriteCells, HoldsTheDomainInInputCoordinates) {
     area += twice / 2;
   }
   EXPECT_DOUBLE_EQ(area, c.domain_area);
+}
+
+TEST(WriteOverlayCells, HoldTheAreaAndVolumeOfTheExactOverlay) {
+  Cloud a, b;
+  for (int i = 0; i < 400; ++i) {
+    const double x = std::fmod(i * 0.754877666, 1.0) * 40, y = std::fmod(i * 0.569840291, 1.0) * 40;
+    a.points.push_back({512300 + x, 5405100 + y, std::sin(x / 3)});
+    b.points.push_back({512300 + y, 5405100 + 0.9 * x, std::cos(y / 3)});
+  }
+  CompareOptions options;
+  options.surface = Surface::overlay;
+  options.keep_overlay = true;
+  const Comparison c = compare(a, b, options, {});
+  const std::string path = testing::TempDir() + "isopach_overlay_cells_test.ply";
+  write_overlay_cells(path, c, {});
+  const Cloud cloud = read_back(path);
+  const Attribute* dz = cloud.find_attribute("dz");
+  ASSERT_NE(dz, nullptr);
+  double area = 0, net = 0;
+  for (const auto& f : cloud.faces) {
+    const Point3 &p = cloud.points[f[0]], &q = cloud.points[f[1]], &r = cloud.points[f[2]];
+    const double twice = (q.x - p.x) * (r.y - p.y) - (r.x - p.x) * (q.y - p.y);
+    area += twice / 2;
+    net += twice / 6 * (dz->values[f[0]] + dz->values[f[1]] + dz->values[f[2]]);
+  }
+  EXPECT_NEAR(area, c.measures.area, 1e-7 * c.measures.area);  // map coordinates have nine digits before the point
+  EXPECT_NEAR(net, c.measures.volume.net, 1e-6 * c.measures.volume.absolute);
 }
 
 TEST(WritePoints, KeepsEveryPointInFileOrder) {

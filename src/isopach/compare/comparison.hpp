@@ -10,6 +10,7 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/uncertainty.hpp"
+#include "isopach/overlay/overlay.hpp"
 
 namespace isopach {
 
@@ -64,6 +65,7 @@ struct Comparison {
   double sliver_area = 0,
          sliver_volume = 0;  ///< of long thin triangles along the border, shares of domain and of absolute volume
   Cells cells;
+  OverlaySurface overlay_surface;  ///< options.keep_overlay: the cells of the exact overlay, frame coordinates
   PointFields fields_a, fields_b;
   std::vector<std::string> warnings;
   Timing timing;

@@ -22,7 +22,8 @@ struct CompareOptions {
   DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
   /// trim: only what the sampling supports, overlay/border.hpp; hull: the paper's.
   BorderRule border = BorderRule::trim;
-  double max_edge = 0;  ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
+  bool keep_overlay = false;  ///< keep the cells of the overlay as a mesh, to be written; `common` has none
+  double max_edge = 0;        ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do

@@ -364,6 +364,7 @@ void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Com
     c.overlay = sum_up(overlay, context);
   else
     c.measures = measure(overlay, context);
+  if (c.options.keep_overlay) c.overlay_surface = overlay.surface(context);
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {

@@ -8,16 +8,38 @@
 
 namespace isopach {
 
-void write_cells(const std::string& path, const Comparison& c, const Context& context) {
-  const Cells& cells = c.cells;
-  const Triangulation& t = cells.triangulation;
-  Array<Index> vertex(cells.xy.size());
-  std::fill(vertex.begin(), vertex.end(), no_index);
+namespace {
+
+Cloud empty_surface(const Comparison& c) {
   Cloud out;
   out.format = "ply";
   out.unit = c.unit;
   out.vertical_unit = height_unit(c);
   out.crs = c.a.crs;
+  return out;
+}
+
+}  // namespace
+
+void write_overlay_cells(const std::string& path, const Comparison& c, const Context& context) {
+  const OverlaySurface& s = c.overlay_surface;
+  Cloud out = empty_surface(c);
+  out.faces = s.triangles;
+  out.points.resize(s.xy.size());
+  out.attributes.push_back({"dz", Array<double>(s.xy.size())});
+  for_each_index(s.xy.size(), [&](std::size_t i) {
+    out.points[i] = c.frame.to_input({s.xy[i].x, s.xy[i].y, s.z2[i]});
+    out.attributes[0].values[i] = s.z2[i] - s.z1[i];
+  });
+  write_cloud(path, out, context);
+}
+
+void write_cells(const std::string& path, const Comparison& c, const Context& context) {
+  const Cells& cells = c.cells;
+  const Triangulation& t = cells.triangulation;
+  Array<Index> vertex(cells.xy.size());
+  std::fill(vertex.begin(), vertex.end(), no_index);
+  Cloud out = empty_surface(c);
   // Vertices in the order in which the triangles first name them: near each other in the file as in the plane.
   Array<Index> node;
   for (Index i = 0; i < t.real; ++i) {

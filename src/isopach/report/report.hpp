@@ -31,6 +31,9 @@ void write_map(const std::string& path, const Comparison& c, const MapOptions& o
 /// difference.ply: the cells in the domain, input coordinates, z of surface B, `dz` per vertex (binary, doubles).
 void write_cells(const std::string& path, const Comparison& c, const Context& context);
 
+/// The same of the exact overlay, which the comparison must have kept (CompareOptions::keep_overlay).
+void write_overlay_cells(const std::string& path, const Comparison& c, const Context& context);
+
 /// points_a.ply / points_b.ply: the input points with dz_signed and dz_abs (NaN where undefined).
 void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context);
 
