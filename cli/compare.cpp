@@ -98,6 +98,10 @@ void add_measure_options(Command& command, Request& request) {
                           {{"common", Surface::common}, {"overlay", Surface::overlay}, {"both", Surface::both}},
                           "Cells of the integral; common: the Delaunay triangulation of both scans together; overlay: "
                           "exact between the triangulations of each; both: common, with the overlay's beside it");
+  command.choice<Interpolation>(
+      "--interpolation", options.interpolation, {{"linear", Interpolation::linear}, {"cubic", Interpolation::cubic}},
+      "A scan between its points; linear: plane triangles; cubic: smooth, through every point, for clean scans of "
+      "smooth ground (--surface common only)");
   command.choice<DomainKind>(
       "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
       "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "

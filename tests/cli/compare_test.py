@@ -184,6 +184,17 @@ class Options(CliTest):
             for result in results[1:]:
                 self.assertEqual(result[key], results[0][key])
 
+    def test_interpolation_cubic_bends_the_scans(self):
+        self.run_cli("simulate", "relief", "-o", self.path("relief"), "--points", "5000", "--format", "xyz")
+        pair = ("compare", "relief/a.xyz", "relief/b.xyz")
+        linear, cubic = self.result(*pair), self.result(*pair, "--interpolation", "cubic")
+        self.assertEqual([r["parameters"]["interpolation"] for r in [linear, cubic]], ["linear", "cubic"])
+        error = [abs(r["volume"]["absolute"] - 625000) for r in [linear, cubic]]
+        self.assertLess(error[1], 0.2 * error[0])
+        for surface in ["overlay", "both"]:
+            self.fails(2, *pair, "--interpolation", "cubic", "--surface", surface, says=["--interpolation"])
+        self.fails(2, *pair, "--interpolation", "quintic", says=["--interpolation"])
+
     def test_border_says_what_it_trimmed(self):
         """A ring: its hole is no part of it, unless the hull is asked for."""
         ring = [(x / 2, y / 2) for x in range(-40, 41) for y in range(-40, 41) if 100 <= x * x + y * y <= 1600]

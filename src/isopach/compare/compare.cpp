@@ -11,6 +11,7 @@
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/localise_by_interface.hpp"
+#include "isopach/overlay/smooth.hpp"
 
 namespace isopach {
 
@@ -63,8 +64,9 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   // 4. interpolation, as a part of "localise"
   Array<double> f2_at_a, f1_at_b;
-  both([&] { f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context); },
-       [&] { f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context); });
+  const auto heights = options.interpolation == Interpolation::cubic ? interpolate_smooth : interpolate;
+  both([&] { f2_at_a = heights(a_in_2, a.xy, t2, b.xy, b.z, context); },
+       [&] { f1_at_b = heights(b_in_1, b.xy, t1, a.xy, a.z, context); });
 
   clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);

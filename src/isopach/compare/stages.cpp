@@ -151,6 +151,10 @@ void check_options(const CompareOptions& options) {
     throw UsageError(
         "--surface: the exact overlay ends where one of the surfaces does: leave --domain hull out, or take --surface "
         "common");
+  if (options.surface != Surface::common && options.interpolation == Interpolation::cubic)
+    throw UsageError(
+        "--interpolation: the exact overlay is of two piecewise linear surfaces: take --surface common, or leave "
+        "--interpolation cubic out");
   if (!(options.max_edge >= 0) || std::isinf(options.max_edge))
     throw UsageError(
         fmt::format("--max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));

@@ -70,7 +70,7 @@ Json parameters_json(const Comparison& c) {
   const CompareOptions& o = c.options;
   const auto& r = c.frame.rotation;
   return {{"surface", to_text(o.surface)},
-          {"interpolation", "linear"},
+          {"interpolation", o.interpolation == Interpolation::cubic ? "cubic" : "linear"},
           {"border", to_text(o.border)},
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"domain", to_text(o.domain)},
