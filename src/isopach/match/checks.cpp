@@ -1,0 +1,65 @@
+#include "isopach/match/checks.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace isopach {
+
+void check_options(const MatchOptions& o) {
+  if (!(o.overlap >= 0 && o.overlap <= 1))
+    throw UsageError(fmt::format("--overlap: {} is no share: auto, or a number above 0 and up to 1", o.overlap));
+  if (o.max_iterations < 1) throw UsageError("--max-iterations: at least 1");
+  if (!(o.tolerance >= 0) || o.tolerance >= 1)
+    throw UsageError(
+        fmt::format("--tolerance: {} is no share of the extent: a number above 0 and below 1, e.g. 1e-8", o.tolerance));
+  const Freedom& f = o.freedom;
+  if (!(f.shift_x || f.shift_y || f.shift_z || f.turn_x || f.turn_y || f.turn_z || f.scale))
+    throw UsageError("--freedom: no motion is left to search: allow at least one");
+  if (!o.compare.pose.is_identity()) throw UsageError("--pose: a matching starts at --start and finds the pose itself");
+}
+
+std::array<std::string, 3> axis_names(const Frame& frame) {
+  std::array<std::string, 3> names{"u", "v", "w"};
+  if (!frame.axis_aligned) return names;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t k = 0; k < 3; ++k)
+      if (frame.rotation[3 * i + k] != 0) names[i] = std::string(1, "xyz"[k]);
+  return names;
+}
+
+void take(const SearchResult& found, const Frame& frame, const Array<Index>& node_of_point, Matching& m) {
+  m.pose = pose_of(found.motion, frame, m.options.start);
+  m.scale = found.motion.scale;
+  m.iterations = found.iterations;
+  m.converged = found.converged;
+  m.reason = found.reason;
+  m.history = found.history;
+  m.overlap = found.overlap;
+  m.weak_directions = found.weak_directions;
+  m.centre = frame.to_input(found.centre);
+  const auto& r = frame.rotation;  // input = rᵀ · field, for the rotation vector and for the shift alike
+  const auto turned = [&](std::size_t i, std::size_t j, std::size_t block_i, std::size_t block_j) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t l = 0; l < 3; ++l)
+        sum += r[3 * k + i] * r[3 * l + j] * found.covariance[7 * (3 * block_i + k) + 3 * block_j + l];
+    return sum;
+  };
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < 6; ++j) m.covariance[6 * i + j] = turned(i % 3, j % 3, i / 3, j / 3);
+  m.stable.resize(node_of_point.size());
+  for (std::size_t i = 0; i < node_of_point.size(); ++i)
+    m.stable[i] = node_of_point[i] == no_index ? 0 : found.stable[node_of_point[i]];
+}
+
+void describe(const Comparison& after, Matching& m) {
+  m.fixed = after.a, m.moving = after.b;
+  m.fixed.role = "fixed", m.moving.role = "moving";
+  m.unit = after.unit;
+  m.warnings.insert(m.warnings.end(), after.warnings.begin(), after.warnings.end());
+  for (const std::string& weak : m.weak_directions) m.warnings.push_back(weak);
+  if (!m.converged) m.warnings.push_back("the search did not converge: " + m.reason);
+}
+
+}  // namespace isopach

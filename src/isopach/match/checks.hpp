@@ -1,0 +1,23 @@
+// The small print of match.cpp: what is refused, and how the search's result is put into input coordinates.
+#pragma once
+#include <array>
+#include <string>
+
+#include "isopach/match/matching.hpp"
+#include "isopach/match/search.hpp"
+
+namespace isopach {
+
+/// UsageError for options that are no numbers in their range or leave nothing to search.
+void check_options(const MatchOptions& options);
+
+/// Names of the frame's axes: x, y, z of the input where it only permutes them, else u, v, w.
+[[nodiscard]] std::array<std::string, 3> axis_names(const Frame& frame);
+
+/// Pose, covariance, centre, words and stable points of the search, in input coordinates, into `m`.
+void take(const SearchResult& found, const Frame& frame, const Array<Index>& node_of_point, Matching& m);
+
+/// Inputs, unit and warnings from the comparison after the search.
+void describe(const Comparison& after, Matching& m);
+
+}  // namespace isopach

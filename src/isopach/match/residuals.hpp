@@ -1,0 +1,119 @@
+// Residuals: how far the nodes of each scan lie from the surface of the other at a motion, and the normal equations of
+// the weighted problem there.
+//
+// Residual of a node: its distance along the normal of the facet above or below it, n = (z − f̂(x, y)) / √(1 + |∇f̂|²):
+// the vertical distance of the measure times the cosine of the slope, which does not depend on who is tilted. The nodes
+// of the moving scan are located in T of the fixed scan, those of the fixed scan, moved back, in T of the moving one:
+// neither triangulation ever changes. A node is located from the triangle that it was in before (a visibility walk with
+// exact predicates, one or two triangles after a small step).
+#pragma once
+#include <array>
+#include <vector>
+
+#include "isopach/match/motion.hpp"
+#include "isopach/match/surface.hpp"
+
+namespace isopach {
+
+/// Parameters as a step sees them, all lengths: turn x, y, z and scale times Residuals::length; shift x, y, z.
+inline constexpr std::size_t parameters = 7;
+using Vector7 = std::array<double, parameters>;
+
+/// The upper triangle of a symmetric matrix, row by row.
+struct Symmetric7 {
+  std::array<double, parameters*(parameters + 1) / 2> m{};
+
+  /// += weight · v vᵀ
+  void add(const Vector7& v, double weight) {
+    double* out = m.data();
+    for (std::size_t r = 0; r < parameters; ++r) {
+      const double scaled = weight * v[r];
+      for (std::size_t c = r; c < parameters; ++c) *out++ += scaled * v[c];
+    }
+  }
+  void add(const Symmetric7& other) {
+    for (std::size_t i = 0; i < m.size(); ++i) m[i] += other.m[i];
+  }
+};
+
+/// The loss of one residual. huber: quadratic, from 1.345 scales on linear. tukey: bounded, from 4.685 scales on
+/// constant (Beaton, Tukey 1974), so that what is really different does not pull. Both have 95 % of the efficiency of
+/// least squares on normal residuals (Huber 1981; Holland, Welsch 1977).
+struct Loss {
+  enum class Kind { huber, tukey } kind = Kind::huber;
+  double scale = 1;  ///< standard deviation of the residuals that are noise
+};
+
+/// Nodes of one scan against the surface of the other.
+struct ResidualSide {
+  const MatchSurface* nodes = nullptr;   ///< whose nodes
+  const MatchSurface* target = nullptr;  ///< in whose triangulation
+  bool moving_nodes = true;
+  Array<Index> hint;    ///< by node: triangle or ghost where it was last
+  Array<double> n;      ///< by node: residual, NaN where the target has no surface
+  Array<double> trust;  ///< by patch of `patch` nodes in a row: weight from 0 to 1
+};
+
+struct ResidualSums {
+  Symmetric7 h;               ///< Σ w JᵀJ, in the scaled parameters
+  Vector7 b{};                ///< −Σ w Jᵀn: the step solves h · step = b
+  double area = 0;            ///< Σ of the areas of all nodes over a surface
+  double trusted = 0;         ///< … times trust
+  double loss = 0;            ///< Σ area · trust · loss(n)
+  double fitted = 0;          ///< Σ area · trust · (loss weight)
+  double volume = 0;          ///< Σ area · trust · (loss weight > 0) · |vertical distance|
+  double within = 0;          ///< its Σ area · trust
+  double squares = 0;         ///< Σ area · trust · (loss weight) · (vertical distance)²
+  std::uint64_t visited = 0;  ///< triangles
+};
+
+/// What the final state knows of its parameters, in the scaled parameters.
+struct Information {
+  Symmetric7 h;      ///< Σ w JᵀJ
+  Symmetric7 score;  ///< Σ over patches of (Σ w Jᵀn)(Σ w Jᵀn)ᵀ: residuals of a patch may be correlated
+  Symmetric7 noise;  ///< what noise of the heights alone would add to h, through the slopes of facets
+};
+
+class Residuals {
+ public:
+  static constexpr std::size_t largest_patch = 32;
+
+  Residuals(const MatchSurface& moving, const MatchSurface& fixed, const Point3& centre, double length);
+
+  /// All residuals at `motion`, their sums with the weights of `loss` and of the patches' trust.
+  /// Cost O(nodes); the same bits for any number of threads.
+  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, const Context& context);
+
+  /// Standard deviation of the residuals of the last evaluation, from their median absolute value.
+  [[nodiscard]] double spread() const;
+  /// Trust of all patches: 1.
+  void trust_all();
+  /// Bounded by the spread of the patches' means: what is different over a patch is a change and not noise, be it less
+  /// than the noise of one node.
+  void trust_by_mean();
+  /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
+  void trust_share(double share);
+
+  [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise, const Context& context);
+
+  /// A twist of the scaled parameters: all lengths.
+  [[nodiscard]] Twist twist(const Vector7& step) const;
+  [[nodiscard]] const Point3& centre() const { return centre_; }
+  [[nodiscard]] double length() const { return length_; }
+  /// Whether node i of the moving scan takes part.
+  [[nodiscard]] bool fitted(std::size_t i, const Loss& loss) const;
+
+ private:
+  struct PatchMean {
+    double mean = 0, area = 0;
+    std::size_t side = 0, patch = 0;
+  };
+  [[nodiscard]] std::vector<PatchMean> patch_means() const;
+
+  std::array<ResidualSide, 2> sides_;
+  Point3 centre_;
+  double length_;
+  std::size_t patch_;
+};
+
+}  // namespace isopach
