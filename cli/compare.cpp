@@ -106,15 +106,7 @@ void add_measure_options(Command& command, Request& request) {
       "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
       "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
       "on from its border");
-  command.choice<BorderRule>(
-      "--border", options.border, {{"trim", BorderRule::trim}, {"hull", BorderRule::hull}},
-      "Border of a scan; trim: without the triangles that its sampling does not support, at the rim and "
-      "in holes; hull: the convex hull of its points");
-  command
-      .option("--max-edge", "L", options.max_edge,
-              "Triangles of a scan with an edge longer than this, in the unit of x and y, are no part of it (default: "
-              "any length)")
-      ->check(positive());
+  add_border_options(command, options);
   command.choice<LocateMethod>(
       "--locate", options.locate,
       {{"order", LocateMethod::order}, {"tree", LocateMethod::tree}, {"interface", LocateMethod::interface}},

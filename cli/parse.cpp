@@ -137,10 +137,10 @@ SigmaSource parse_sigma(const std::string& text, const std::string& option) {
   return {Kind::raster, 0, text};
 }
 
-Pose read_pose(const std::string& path) {
+Pose read_pose(const std::string& path, const std::string& option) {
   std::ifstream file(path);
   if (!file)
-    throw InputError(fmt::format("{}: cannot be opened: --pose wants a file of four lines of four numbers", path));
+    throw InputError(fmt::format("{}: cannot be opened: {} wants a file of four lines of four numbers", path, option));
   Pose pose;
   std::size_t count = 0;
   for (std::string word; file >> word; ++count) {

@@ -20,8 +20,8 @@ namespace isopach::cli {
 /// S | @attribute | FILE (a raster); `option` names it in the error.
 [[nodiscard]] SigmaSource parse_sigma(const std::string& text, const std::string& option);
 /// A file of four lines of four numbers (or sixteen in any lines), row-major, last row 0 0 0 1. InputError names the
-/// file.
-[[nodiscard]] Pose read_pose(const std::string& path);
+/// file; `option` is the one that asked for it.
+[[nodiscard]] Pose read_pose(const std::string& path, const std::string& option = "--pose");
 
 /// --fail-above: a statistic and the most it may be.
 struct Tolerance {

@@ -5,7 +5,7 @@
 namespace isopach::cli {
 
 void add_scan_options(Command& command, ProjectOptions& project, std::string& pose_path, std::string& unit,
-                      const std::string& direction_help, const std::string& duplicates_help) {
+                      const std::string& direction_help, const std::string& duplicates_help, const PoseOption& pose) {
   command.heading("Scans");
   command.parsed("--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction, direction_help);
   command.choice<DuplicatePolicy>("--duplicates", project.duplicates,
@@ -20,11 +20,21 @@ void add_scan_options(Command& command, ProjectOptions& project, std::string& po
                  "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
   command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", project.crop, parse_crop,
                  "Keep only points inside this box, in input coordinates (default all)");
-  command.option(
-      "--pose", "FILE", pose_path,
-      "Four lines of four numbers: the row-major matrix that takes B to A, applied to B first (default: as is)");
+  command.option(pose.name, "FILE", pose_path, std::string("Four lines of four numbers: ") + pose.meaning);
   command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", unit, parse_unit,
                  "Unit of both inputs, where the files do not say it or say it wrongly");
+}
+
+void add_border_options(Command& command, CompareOptions& options) {
+  command.choice<BorderRule>(
+      "--border", options.border, {{"trim", BorderRule::trim}, {"hull", BorderRule::hull}},
+      "Border of a scan; trim: without the triangles that its sampling does not support, at the rim and "
+      "in holes; hull: the convex hull of its points");
+  command
+      .option("--max-edge", "L", options.max_edge,
+              "Triangles of a scan with an edge longer than this, in the unit of x and y, are no part of it (default: "
+              "any length)")
+      ->check(positive());
 }
 
 ReadOptions read_options(const ProjectOptions& project) {

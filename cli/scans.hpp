@@ -3,15 +3,24 @@
 #include <string>
 
 #include "cli/command.hpp"
-#include "isopach/field/height_field.hpp"
+#include "isopach/compare/options.hpp"
 #include "isopach/io/read.hpp"
 
 namespace isopach::cli {
 
 /// --direction, --duplicates, --class, --crop, --pose (a path, read later) and --unit, under the heading "Scans". The
-/// two texts say what the verb does with directions and with points of the same place.
+/// two texts say what the verb does with directions and with points of the same place; `pose` is another name and
+/// meaning of the pose.
+struct PoseOption {
+  const char* name = "--pose";
+  const char* meaning = "the row-major matrix that takes B to A, applied to B first (default: as is)";
+};
 void add_scan_options(Command& command, ProjectOptions& project, std::string& pose_path, std::string& unit,
-                      const std::string& direction_help, const std::string& duplicates_help);
+                      const std::string& direction_help, const std::string& duplicates_help,
+                      const PoseOption& pose = {});
+
+/// --border and --max-edge.
+void add_border_options(Command& command, CompareOptions& options);
 
 /// What has to be read of a scan; without classes to select no attributes: memory is not free.
 [[nodiscard]] ReadOptions read_options(const ProjectOptions& project);

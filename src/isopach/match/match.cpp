@@ -51,6 +51,8 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
   Matching m;
   m.options = options;
   check_options(options);
+  if (options.objective != Objective::measure || options.coarse)
+    throw UsageError("this build matches by the measure alone, from a start: objective measure, without coarse");
   stages::Clock clock(m.timing, context);
 
   clock.start("before");

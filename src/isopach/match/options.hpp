@@ -17,6 +17,9 @@ struct Freedom {
   bool scale = false;                 ///< uniform; off unless asked for
 };
 
+/// MatchOptions::tolerance where it is 0.
+inline constexpr double default_match_tolerance = 1e-8;
+
 struct MatchOptions {
   CompareOptions compare;  ///< scans, border and measure as in a comparison; compare.pose is not used
   Objective objective = Objective::measure;

@@ -106,6 +106,7 @@ struct View {
     r.j[4] = sign * normal.y;
     r.j[5] = sign * normal.z;
     r.j[6] = sign * (arm.x * normal.x + arm.y * normal.y + arm.z * normal.z);
+    if (!side.moving_nodes) r.j[6] += r.n * inverse_length;  // what grows is the surface under the node
     return r;
   }
 };

@@ -103,7 +103,7 @@ class Search {
           done = length < tolerance;
           break;
         }
-        if (length < tolerance) return last == 0 ? length : last;
+        if (length < tolerance) return length;  // as near as the rounding of the sums lets it
         damping = std::max(1e-3, damping * 10);
         if (damping > 1e6) {
           stuck = "no step lowers the measure";
@@ -209,7 +209,7 @@ SearchResult search(const MatchSurface& moving, const MatchSurface& fixed, const
                     const std::array<std::string, 3>& axes, const Context& context) {
   SearchResult result;
   const double extent = std::max(extent_of(fixed), extent_of(moving));
-  const double tolerance = (options.tolerance > 0 ? options.tolerance : 1e-8) * extent;
+  const double tolerance = (options.tolerance > 0 ? options.tolerance : default_match_tolerance) * extent;
   const double floor = 1e-12 * extent;  // of scales: identical scans have no residuals
   const bool trim = options.compare.border == BorderRule::trim;
   result.centre = centre_of(moving);

@@ -1,0 +1,169 @@
+// isopach match MOVING FIXED
+#include "isopach/match/match.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/match.hpp"
+#include "cli/output.hpp"
+#include "cli/parse.hpp"
+#include "cli/scans.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/io/read.hpp"
+#include "isopach/report/match.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "The pose of scan MOVING on scan FIXED that minimises the measure between their surfaces. The pose is the matrix "
+    "that\n"
+    "takes coordinates of MOVING to those of FIXED; compare --pose and convert --pose apply it.\n";
+
+constexpr const char* footer =
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
+    "\n"
+    "Examples:\n"
+    "  isopach match after.laz before.laz                          the pose and how good it is, on stdout\n"
+    "  isopach match after.laz before.laz -o result                and pose.txt, moved.ply, result.json in result/\n"
+    "  isopach match after.ply before.ply --freedom x,y,z          shifts only\n"
+    "  isopach match part.ply whole.ply --start guess.txt --overlap 0.7\n"
+    "  isopach compare before.laz after.laz --pose result/pose.txt";
+
+struct Request {
+  std::string moving, fixed, start, output, json, pose_out;
+  MatchOptions options;
+  RunOptions run;
+};
+
+void add_output_options(Command& command, Request& request) {
+  command.heading("Output");
+  command
+      .option("-o,--output", "DIR", request.output,
+              "Folder for result.json, pose.txt and moved.ply (MOVING in its new place, with the attribute stable); "
+              "made if it is not there")
+      ->check(not_empty());
+  command
+      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      ->check(not_empty());
+  command.option("--pose-out", "FILE", request.pose_out, "The pose alone: four lines of four numbers")
+      ->check(not_empty());
+}
+
+void deliver_match(Matching& m, const Cloud& moving, const Request& request, OutputFolder* folder, double read_s,
+                   Run& run) {
+  Stopwatch watch;
+  if (folder != nullptr) {
+    folder->write_text("pose.txt", pose_text(m.pose));
+    write_moved(folder->path("moved.ply"), moving, m, run.context());
+  }
+  const double write_s = watch.lap();
+  m.timing.stages.insert(m.timing.stages.begin(), {"read", read_s});
+  m.timing.stages.emplace_back("write", write_s);
+  m.timing.total += read_s + write_s;
+  std::string json;
+  if (folder != nullptr) {
+    const std::string result = folder->path("result.json");
+    json = match_json(m, folder->names());
+    write_text_file(result, json);
+    run.context().check();
+    folder->commit();
+  } else if (!request.json.empty()) {
+    json = match_json(m, {});
+  }
+  if (!request.pose_out.empty()) write_text_file(request.pose_out, pose_text(m.pose));
+  if (!request.json.empty()) write_json(request.json, json, run);
+  if (request.json != "-") {
+    run.show(match_text(m));
+  } else {
+    for (const std::string& warning : m.warnings) run.say("warning: " + warning);
+  }
+}
+
+double parse_overlap(const std::string& text) {
+  if (text == "auto") return 0;
+  const double share = parse_number(text, "--overlap");
+  if (!(share > 0 && share <= 1))
+    throw UsageError(fmt::format("--overlap: '{}' is not auto or a share above 0 and up to 1", text));
+  return share;
+}
+
+Freedom parse_freedom(const std::string& text) {
+  Freedom f{false, false, false, false, false, false, false};
+  const std::pair<const char*, bool*> names[] = {{"x", &f.shift_x},     {"y", &f.shift_y},     {"z", &f.shift_z},
+                                                 {"turn-x", &f.turn_x}, {"turn-y", &f.turn_y}, {"turn-z", &f.turn_z},
+                                                 {"scale", &f.scale}};
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    bool known = false;
+    for (const auto& [name, free] : names)
+      if (word == name) *free = known = true;
+    if (!known)
+      throw UsageError(fmt::format(
+          "--freedom: '{}' is not one of x, y, z, turn-x, turn-y, turn-z, scale (a list, e.g. x,y,z)", word));
+    begin = end + 1;
+  }
+  return f;
+}
+
+}  // namespace
+
+void add_match_options(Command& command, MatchOptions& options) {
+  command.heading("Matching");
+  command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
+                 "Share of the common area that is fitted; auto: all that differs no more than noise; 1: everything "
+                 "(default auto)");
+  command.parsed("--freedom", "LIST", options.freedom, parse_freedom,
+                 "Motions that are searched, in the axes of the projection: x, y, z, turn-x, turn-y, turn-z, scale "
+                 "(default all but scale)");
+  command.option("--max-iterations", "N", options.max_iterations, "Most steps of the search on all points")
+      ->check(whole_number(1, 100000))
+      ->capture_default_str();
+  command
+      .option("--tolerance", "SHARE", options.tolerance,
+              "The search has converged when a step moves the scan by less than this share of its extent (default "
+              "1e-8)")
+      ->check(positive());
+}
+
+int run_match(const Arguments& arguments) {
+  Request request;
+  CompareOptions& compare = request.options.compare;
+  Command command("match", description, footer);
+  command.positional("MOVING", request.moving, "Scan to be moved; any format that compare reads");
+  command.positional("FIXED", request.fixed, "Scan that stays where it is");
+  add_output_options(command, request);
+  add_scan_options(command, compare.project, request.start, compare.unit,
+                   "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default "
+                   "z)",
+                   "Height of points of one scan with the same place; error: refuse such a scan",
+                   {"--start", "the row-major matrix that takes MOVING to FIXED, to start from (default: as is)"});
+  command.flag("--allow-crs", compare.allow_crs,
+               "Match although the CRS is in degrees, is Web Mercator, or differs between the scans");
+  add_border_options(command, compare);
+  add_match_options(command, request.options);
+  add_run_options(command, request.run);
+  if (!command.parse(arguments)) return 0;
+  if (!request.start.empty()) request.options.start = read_pose(request.start, "--start");
+
+  Run run(request.run);
+  std::unique_ptr<OutputFolder> folder;
+  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  Stopwatch watch;
+  const ReadOptions wanted = read_options(compare.project);
+  const Cloud moving = read_cloud(request.moving, wanted, run.context());
+  const Cloud fixed = read_cloud(request.fixed, wanted, run.context());
+  const double read_s = watch.lap();
+  Matching m = match(moving, fixed, request.options, run.context());
+  deliver_match(m, moving, request, folder.get(), read_s, run);
+  if (!m.converged)
+    throw Error(
+        ExitCode::not_converged,
+        m.reason + ": the pose is the best one found; allow more steps, give a better --start, or fewer --freedom");
+  return 0;
+}
+
+}  // namespace isopach::cli

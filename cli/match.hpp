@@ -1,0 +1,11 @@
+// What match and compare --match ask alike.
+#pragma once
+#include "cli/command.hpp"
+#include "isopach/match/options.hpp"
+
+namespace isopach::cli {
+
+/// --overlap, --freedom, --max-iterations, --tolerance under the heading "Matching".
+void add_match_options(Command& command, MatchOptions& options);
+
+}  // namespace isopach::cli

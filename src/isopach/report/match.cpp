@@ -1,0 +1,232 @@
+#include "isopach/report/match.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <numbers>
+
+#include "isopach/io/write.hpp"
+#include "isopach/report/words.hpp"
+#include "isopach/version.hpp"
+
+namespace isopach {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr Typography plain = Typography::plain;
+
+Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
+
+const char* to_text(Objective objective) {
+  switch (objective) {
+    case Objective::measure:
+      return "measure";
+    case Objective::icp_point:
+      return "icp-point";
+    case Objective::icp_plane:
+      return "icp-plane";
+    case Objective::currents:
+      return "currents";
+  }
+  return "measure";
+}
+
+Json matrix_json(const Pose& pose) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < 16; i += 4)
+    rows.push_back(Json::array({real(pose.m[i]), real(pose.m[i + 1]), real(pose.m[i + 2]), real(pose.m[i + 3])}));
+  return rows;
+}
+
+/// How the pose moves the centre.
+Point3 shift_at(const Pose& pose, const Point3& centre) {
+  const Point3 p = pose.apply(centre);
+  return {p.x - centre.x, p.y - centre.y, p.z - centre.z};
+}
+
+/// The angle of the pose's rotation, degrees.
+double angle_of(const Matching& m) {
+  const auto& r = m.pose.m;
+  const double s = m.scale;
+  const double sine = std::hypot(r[9] - r[6], r[2] - r[8], r[4] - r[1]) / (2 * s);
+  const double cosine = ((r[0] + r[5] + r[10]) / s - 1) / 2;
+  return std::atan2(sine, cosine) * 180 / std::numbers::pi;
+}
+
+Json pose_json(const Matching& m) {
+  Pose local = m.pose;
+  const Point3 shift = shift_at(m.pose, m.centre);
+  local.m[3] = shift.x, local.m[7] = shift.y, local.m[11] = shift.z;
+  return {{"convention", "fixed = matrix * moving, row-major, input coordinates"},
+          {"matrix", matrix_json(m.pose)},
+          {"scale", real(m.scale)},
+          {"angle_deg", real(angle_of(m))},
+          {"local", {{"origin", point(m.centre)}, {"matrix", matrix_json(local)}}}};
+}
+
+Json input_json(const InputSummary& in) {
+  return {{"role", in.role},
+          {"path", in.path},
+          {"points", in.points},
+          {"nodes", in.nodes},
+          {"unit", in.unit},
+          {"vertical_unit", in.vertical_unit},
+          {"crs", text_or_null(in.crs)},
+          {"format", in.format}};
+}
+
+Json parameters_json(const Matching& m) {
+  const MatchOptions& o = m.options;
+  const CompareOptions& c = o.compare;
+  const Freedom& f = o.freedom;
+  Json free = Json::array();
+  const auto add = [&](bool is_free, const char* name) {
+    if (is_free) free.push_back(name);
+  };
+  add(f.shift_x, "x"), add(f.shift_y, "y"), add(f.shift_z, "z");
+  add(f.turn_x, "turn-x"), add(f.turn_y, "turn-y"), add(f.turn_z, "turn-z"), add(f.scale, "scale");
+  const auto& crop = c.project.crop;
+  Json box = nullptr;
+  if (crop) box = Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
+  return {{"start", matrix_json(o.start)},
+          {"coarse", o.coarse},
+          {"freedom", free},
+          {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
+          {"max_iterations", o.max_iterations},
+          {"tolerance", real(o.tolerance > 0 ? o.tolerance : default_match_tolerance)},
+          {"border", to_text(c.border)},
+          {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
+          {"duplicates", to_text(c.project.duplicates)},
+          {"direction_rule", to_text(c.project.direction.kind)},
+          {"class", c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes)},
+          {"crop", box},
+          {"unit", m.unit},
+          {"allow_crs", c.allow_crs}};
+}
+
+Json fit_json(const Fit& f) { return {{"rho", real(f.rho)}, {"rms", real(f.rms)}, {"coverage", real(f.coverage)}}; }
+
+Json covariance_json(const Matching& m) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < 6; ++i) {
+    Json row = Json::array();
+    for (std::size_t j = 0; j < 6; ++j) row.push_back(real(m.covariance[6 * i + j]));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+std::size_t stable_points(const Matching& m) {
+  return static_cast<std::size_t>(std::count(m.stable.begin(), m.stable.end(), 1));
+}
+
+void line(std::string& out, const char* label, const std::string& text) {
+  out += fmt::format("  {:<16}{}\n", label, text);
+}
+
+std::string fit_line(const Fit& f, const std::string& unit) {
+  return fmt::format("rho {} {}, rms {} {}, coverage {} %", number(f.rho, plain), unit, number(f.rms, plain), unit,
+                     fixed_number(100 * f.coverage, 1, plain));
+}
+
+/// Standard deviations of the three turns, or of the three shifts.
+std::array<double, 3> deviations(const Matching& m, std::size_t first) {
+  std::array<double, 3> d{};
+  for (std::size_t i = 0; i < 3; ++i) d[i] = std::sqrt(std::max(0.0, m.covariance[7 * (first + i)]));
+  return d;
+}
+
+}  // namespace
+
+std::string match_json(const Matching& m, const std::vector<std::string>& outputs) {
+  Json history = Json::array();
+  for (const MatchStep& s : m.history)
+    history.push_back({{"rho", real(s.rho)}, {"rms", real(s.rms)}, {"share", real(s.share)}});
+  Json timing = Json::object();
+  for (const auto& [stage, seconds] : m.timing.stages) timing[stage] = real(seconds);
+  timing["total"] = real(m.timing.total);
+  const Json report = {{"schema", "isopach.match/1"},
+                       {"tool", {{"name", tool_name}, {"version", version}}},
+                       {"inputs", Json::array({input_json(m.moving), input_json(m.fixed)})},
+                       {"objective", to_text(m.options.objective)},
+                       {"parameters", parameters_json(m)},
+                       {"pose", pose_json(m)},
+                       {"iterations", m.iterations},
+                       {"converged", m.converged},
+                       {"reason", m.reason},
+                       {"history", history},
+                       {"before", fit_json(m.before)},
+                       {"after", fit_json(m.after)},
+                       {"overlap", real(m.overlap)},
+                       {"stable_points", stable_points(m)},
+                       {"covariance", covariance_json(m)},
+                       {"centre", point(m.centre)},
+                       {"weak_directions", m.weak_directions},
+                       {"outputs", outputs},
+                       {"warnings", m.warnings},
+                       {"timing_s", timing}};
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string match_text(const Matching& m) {
+  const std::string unit = unit_text(m.unit);
+  std::string out =
+      fmt::format("{} on {}: mean |d| (rho) {} {}, before {} {}\n", input_name(m.moving), input_name(m.fixed),
+                  number(m.after.rho, plain), unit, number(m.before.rho, plain), unit);
+  for (const InputSummary* in : {&m.moving, &m.fixed})
+    line(out, in->role.c_str(), fmt::format("{}: {} points", input_name(*in), count(in->points, plain)));
+  line(out, "before", fit_line(m.before, unit));
+  line(out, "after", fit_line(m.after, unit));
+  const Point3 shift = shift_at(m.pose, m.centre);
+  line(out, "rotation", fmt::format("{} degrees", number(angle_of(m), plain, 6)));
+  line(out, "shift",
+       fmt::format("{}, {}, {} {} at the middle of the moving scan", signed_number(shift.x, plain, 6),
+                   signed_number(shift.y, plain, 6), signed_number(shift.z, plain, 6), unit));
+  if (m.options.freedom.scale) line(out, "scale", number(m.scale, plain, 9));
+  const auto turns = deviations(m, 0), shifts = deviations(m, 3);
+  const double degrees = 180 / std::numbers::pi;
+  line(out, "precision",
+       fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
+                   number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
+                   number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
+                   number(shifts[2], plain, 2), unit));
+  line(out, "fitted",
+       fmt::format("{} % of the common area, {} points; the rest differs more than noise",
+                   fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain)));
+  line(out, "search",
+       fmt::format("{} steps, {}: {}", m.iterations, m.converged ? "converged" : "NOT converged", m.reason));
+  for (std::size_t i = 0; i < 4; ++i)
+    line(out, i == 0 ? "pose" : "",
+         fmt::format("{:>20.15g} {:>20.15g} {:>20.15g} {:>20.15g}", m.pose.m[4 * i], m.pose.m[4 * i + 1],
+                     m.pose.m[4 * i + 2], m.pose.m[4 * i + 3]));
+  if (m.unit == "unknown" || m.unit.empty()) line(out, "units", unit_sentence(m.unit));
+  line(out, "time", fmt::format("{:.2f} s", m.timing.total));
+  for (const std::string& w : m.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  return out;
+}
+
+std::string pose_text(const Pose& pose) {
+  std::string text;
+  for (std::size_t i = 0; i < 16; i += 4)
+    text += fmt::format("{} {} {} {}\n", pose.m[i], pose.m[i + 1], pose.m[i + 2], pose.m[i + 3]);
+  return text;
+}
+
+void write_moved(const std::string& path, const Cloud& moving, const Matching& m, const Context& context) {
+  Cloud out;
+  out.points = moving.points;
+  for (Point3& p : out.points) p = m.pose.apply(p);
+  out.unit = moving.unit;
+  out.vertical_unit = moving.vertical_unit;
+  out.crs = moving.crs;
+  Attribute stable{"stable", Array<double>(m.stable.size())};
+  std::copy(m.stable.begin(), m.stable.end(), stable.values.begin());
+  out.attributes.push_back(std::move(stable));
+  write_cloud(path, out, context);
+}
+
+}  // namespace isopach

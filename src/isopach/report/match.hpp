@@ -1,0 +1,23 @@
+// What `isopach match` writes and prints. Computes nothing that is not in Matching already.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "isopach/match/matching.hpp"
+
+namespace isopach {
+
+/// Schema isopach.match/1: no NaN, shortest round-trip numbers, two-space indent; null for what is not known.
+[[nodiscard]] std::string match_json(const Matching& m, const std::vector<std::string>& outputs);
+
+/// Aligned lines with units, warnings last. Ends with a newline; no colours.
+[[nodiscard]] std::string match_text(const Matching& m);
+
+/// pose.txt: the bare matrix, four lines of four numbers, row-major, shortest round-trip digits.
+[[nodiscard]] std::string pose_text(const Pose& pose);
+
+/// The points of MOVING where they are after the matching, with the attribute `stable`: 1 where they took part in the
+/// fit. Format by extension (see write_cloud).
+void write_moved(const std::string& path, const Cloud& moving, const Matching& m, const Context& context);
+
+}  // namespace isopach

@@ -1,0 +1,93 @@
+"""isopach match: outputs, and that each option acts and is named when it is wrong."""
+
+import json
+import math
+import unittest
+
+from support import CliTest, points, without_timing
+
+
+def waves(x, y):
+    return math.sin(0.9 * x) * math.cos(0.7 * y) + 0.1 * x
+
+
+def scan(seed, dx=0.0, dy=0.0, dz=0.0, n=900):
+    return [(x + dx, y + dy, waves(x, y) + dz) for x, y, _ in points(seed, n=n)]
+
+
+class MatchCli(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.write("fixed.xyz", scan(1))
+        self.write("moving.xyz", scan(2, 0.3, -0.2, 0.4))
+
+    def match(self, *words, code=0):
+        return json.loads(self.run_cli("match", "moving.xyz", "fixed.xyz", "--json", "-", *words, code=code).stdout)
+
+
+class Output(MatchCli):
+    def test_text(self):
+        run = self.run_cli("match", "moving.xyz", "fixed.xyz")
+        for word in ["moving.xyz on fixed.xyz", "before", "after", "rotation", "converged", "pose"]:
+            self.assertIn(word, run.stdout)
+        self.assertEqual({p.name for p in self.folder.iterdir()}, {"fixed.xyz", "moving.xyz"})
+
+    def test_folder_and_round_trip(self):
+        self.run_cli("match", "moving.xyz", "fixed.xyz", "-o", "out", "--json", "copy.json", "--pose-out", "p.txt")
+        files = {p.name for p in self.path("out").iterdir()}
+        self.assertEqual(files, {"result.json", "pose.txt", "moved.ply"})
+        result = json.loads(self.path("out/result.json").read_text())
+        self.assertEqual(set(result["outputs"]), files)
+        self.assertEqual(self.path("copy.json").read_text(), self.path("out/result.json").read_text())
+        self.assertEqual(self.path("p.txt").read_text(), self.path("out/pose.txt").read_text())
+        rows = [[float(w) for w in line.split()] for line in self.path("out/pose.txt").read_text().splitlines()]
+        self.assertEqual(rows, result["pose"]["matrix"])
+        # The pose, applied to MOVING, gives the reported measure; so does compare --pose.
+        self.run_cli("convert", "moving.xyz", "moved.ply", "--pose", "out/pose.txt")
+        for words in [("moved.ply",), ("moving.xyz", "--pose", "out/pose.txt")]:
+            again = self.result("compare", "fixed.xyz", *words)
+            self.assertEqual(again["measure"]["rho"], result["after"]["rho"])
+        self.assertIn("stable", self.result("info", "out/moved.ply")["files"][0]["attributes"])
+        self.assertLess(abs(rows[0][3] + 0.3), 0.1)
+
+    def test_threads(self):
+        texts = {without_timing(json.dumps(self.match("--threads", n))) for n in "123"}
+        self.assertEqual(len(texts), 1)
+
+
+class Options(MatchCli):
+    def test_they_act(self):
+        plain = self.match()
+        self.assertTrue(plain["converged"])
+        self.assertEqual(self.match("--overlap", "1")["overlap"], 1)
+        self.assertEqual(self.match("--freedom", "x,y,z")["pose"]["angle_deg"], 0)
+        self.assertNotEqual(self.match("--freedom", "x,y,z,turn-x,turn-y,turn-z,scale")["pose"]["scale"], 1)
+        self.assertNotEqual(self.match("--border", "hull")["before"]["coverage"], plain["before"]["coverage"])
+        self.assertNotEqual(self.match("--max-edge", "2")["pose"], plain["pose"])
+        self.assertLess(len(self.match("--tolerance", "1e-3")["history"]), len(plain["history"]))
+        self.write("start.txt", ["1 0 0 -0.3", "0 1 0 0.2", "0 0 1 -0.4", "0 0 0 1"])
+        near = self.match("--start", "start.txt")
+        self.assertLess(near["before"]["rho"], 0.5 * plain["before"]["rho"])
+        self.assertAlmostEqual(near["pose"]["matrix"][0][3], plain["pose"]["matrix"][0][3], delta=0.01)
+
+    def test_wrong_ones_are_named(self):
+        for words, option in [
+            (("--overlap", "2"), "--overlap"),
+            (("--overlap", "most"), "--overlap"),
+            (("--freedom", "x,up"), "--freedom"),
+            (("--max-iterations", "0"), "--max-iterations"),
+            (("--tolerance", "-1"), "--tolerance"),
+        ]:
+            self.assertIn(option, self.run_cli("match", "moving.xyz", "fixed.xyz", *words, code=2).stderr)
+        self.assertIn("--start", self.run_cli("match", "moving.xyz", "fixed.xyz", "--start", "none.txt", code=3).stderr)
+
+    def test_exit_codes(self):
+        self.write("far.xyz", scan(2, 500.0))
+        self.assertIn("overlap", self.run_cli("match", "far.xyz", "fixed.xyz", code=4).stderr)
+        run = self.run_cli("match", "moving.xyz", "fixed.xyz", "--max-iterations", "1", "-o", "out", code=5)
+        self.assertIn("--max-iterations", run.stderr)
+        self.assertTrue(self.path("out/pose.txt").exists())
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,114 @@
+// result.json of `isopach match` against its schema, the summary, pose.txt.
+#include "isopach/report/match.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "isopach/io/read.hpp"
+#include "isopach/match/match.hpp"
+#include "tests/support/clouds.hpp"
+#include "tests/support/json_schema.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace isopach {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+double hills(const Point2& p) { return 0.1 * std::sin(7 * p.x) * std::cos(9 * p.y) + 0.05 * p.x; }
+
+Cloud moving_scan() {
+  Cloud cloud = test::shifted(test::cloud_over(test::framed_square(700, 2), hills), {0.02, 0.01, 0.3});
+  cloud.path = "after.ply";
+  cloud.unit = "mm";
+  return cloud;
+}
+
+Matching sample(MatchOptions options = {}) {
+  Cloud fixed = test::cloud_over(test::framed_square(600, 1), hills);
+  fixed.path = "before.ply";
+  fixed.unit = "mm";
+  return match(moving_scan(), fixed, options, {});
+}
+
+TEST(MatchReport, JsonIsThatOfTheSchema) {
+  std::ifstream file(test::source_folder() / "docs" / "schema" / "match-1.json");
+  const Json schema = Json::parse(file);
+  MatchOptions options;
+  options.compare.project.crop = Box2{{-1, -1}, {2, 2}};
+  options.overlap = 0.9;
+  options.freedom.scale = true;
+  for (const Matching& m : {sample(), sample(options)}) {
+    const Json json = Json::parse(match_json(m, {"pose.txt"}));
+    for (const std::string& violation : test::SchemaCheck::violations(schema, json)) ADD_FAILURE() << violation;
+  }
+}
+
+TEST(MatchReport, JsonHoldsTheNumbers) {
+  const Matching m = sample();
+  const Json json = Json::parse(match_json(m, {"pose.txt"}));
+  EXPECT_EQ(json["objective"], "measure");
+  EXPECT_EQ(json["pose"]["matrix"][1][3].get<double>(), m.pose.m[7]);
+  EXPECT_EQ(json["after"]["rho"].get<double>(), m.after.rho);
+  EXPECT_EQ(json["before"]["coverage"].get<double>(), m.before.coverage);
+  EXPECT_EQ(json["covariance"][4][4].get<double>(), m.covariance[28]);
+  EXPECT_EQ(json["history"].size(), m.history.size());
+  EXPECT_EQ(json["parameters"]["overlap"], "auto");
+  EXPECT_EQ(json["parameters"]["freedom"].size(), 6u);
+  EXPECT_EQ(json["inputs"][0]["path"], "after.ply");
+  EXPECT_EQ(json["inputs"][1]["path"], "before.ply");
+  // The local matrix does the same as the one in input coordinates, about its origin.
+  const Json& local = json["pose"]["local"];
+  const Point3 p{0.3, 0.4, 0.5}, moved = m.pose.apply(p);
+  double x = local["origin"][0].get<double>() + local["matrix"][0][3].get<double>();
+  x += local["matrix"][0][0].get<double>() * (p.x - local["origin"][0].get<double>());
+  x += local["matrix"][0][1].get<double>() * (p.y - local["origin"][1].get<double>());
+  x += local["matrix"][0][2].get<double>() * (p.z - local["origin"][2].get<double>());
+  EXPECT_NEAR(x, moved.x, 1e-14);
+}
+
+TEST(MatchReport, PoseTextIsTheExactMatrix) {
+  const Matching m = sample();
+  std::istringstream text(pose_text(m.pose));
+  for (const double expected : m.pose.m) {
+    double value = 0;
+    text >> value;
+    EXPECT_EQ(value, expected);
+  }
+  const std::string all = text.str();
+  EXPECT_EQ(std::count(all.begin(), all.end(), '\n'), 4);
+}
+
+TEST(MatchReport, TextHasUnitsAndWarnings) {
+  Matching m = sample();
+  m.warnings = {"mind the gap"};
+  const std::string text = match_text(m);
+  for (const char* word :
+       {"after.ply on before.ply", " mm", "rotation", "degrees", "converged", "warning: mind the gap"})
+    EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
+  m.converged = false;
+  EXPECT_NE(match_text(m).find("NOT converged"), std::string::npos);
+}
+
+TEST(MatchReport, MovedPointsAndStableMask) {
+  const Matching m = sample();
+  const Cloud moving = moving_scan();
+  const std::string path = (std::filesystem::temp_directory_path() / "isopach_match_moved.ply").string();
+  write_moved(path, moving, m, {});
+  ReadOptions wanted;
+  wanted.all_attributes = true;
+  const Cloud moved = read_cloud(path, wanted, {});
+  std::filesystem::remove(path);
+  ASSERT_EQ(moved.points.size(), moving.points.size());
+  EXPECT_EQ(moved.points[17], m.pose.apply(moving.points[17]));
+  ASSERT_NE(moved.find_attribute("stable"), nullptr);
+  double stable = 0;
+  for (const double s : moved.find_attribute("stable")->values) stable += s;
+  EXPECT_GT(stable, 400);
+}
+
+}  // namespace
+}  // namespace isopach
