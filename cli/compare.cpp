@@ -10,6 +10,7 @@
 #include "cli/verbs.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/io/read.hpp"
+#include "isopach/match/match.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -33,7 +34,7 @@ struct Request {
   std::string path_a, path_b, pose_path;
   CompareOptions options;
   std::vector<std::string> fail_above;
-  bool no_layer_check = false;
+  bool no_layer_check = false, match = false;
   Delivery delivery;
   RunOptions run;
 };
@@ -43,6 +44,8 @@ void add_projection_options(Command& command, Request& request) {
       command, request.options.project, request.pose_path, request.options.unit,
       "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)",
       "Height of points of one scan with the same place; error: refuse such a scan");
+  command.flag("--match", request.match,
+               "Move B on A first, as isopach match does, from --pose; the pose is in the result");
   command.flag("--allow-crs", request.options.allow_crs,
                "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
   command.flag("--no-layer-check", request.no_layer_check,
@@ -125,6 +128,21 @@ void add_measure_options(Command& command, Request& request) {
                              statistic_names()));
 }
 
+/// The pose of b on a; what the matching has to say goes into `remarks`.
+Pose matched(const Cloud& a, const Cloud& b, const CompareOptions& options, std::vector<std::string>& remarks,
+             const Run& run) {
+  MatchOptions wanted;
+  wanted.compare = options;
+  wanted.compare.pose = {};
+  wanted.compare.check_layers = false;
+  wanted.start = options.pose;
+  const Matching m = match(b, a, wanted, run.context());
+  if (!m.converged)
+    throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
+  remarks = m.weak_directions;
+  return m.pose;
+}
+
 }  // namespace
 
 int run_compare(const Arguments& arguments) {
@@ -160,7 +178,10 @@ int run_compare(const Arguments& arguments) {
   const Cloud a = read_cloud(request.path_a, wanted, run.context());
   const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();
+  std::vector<std::string> remarks;
+  if (request.match) request.options.pose = matched(a, b, request.options, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
+  comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
   deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);
 
   const std::string over = exceeded(comparison, tolerances);

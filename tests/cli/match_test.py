@@ -55,6 +55,16 @@ class Output(MatchCli):
         self.assertEqual(len(texts), 1)
 
 
+class CompareMatch(MatchCli):
+    def test_is_match_and_compare(self):
+        one = self.result("compare", "fixed.xyz", "moving.xyz", "--match")
+        two = self.match()
+        self.assertEqual(one["pose"]["matrix"], two["pose"]["matrix"])
+        self.assertEqual(one["measure"]["rho"], two["after"]["rho"])
+        self.write("far.xyz", scan(2, 500.0))
+        self.assertIn("overlap", self.run_cli("compare", "fixed.xyz", "far.xyz", "--match", code=4).stderr)
+
+
 class Options(MatchCli):
     def test_they_act(self):
         plain = self.match()

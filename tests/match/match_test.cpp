@@ -80,6 +80,7 @@ TEST(Match, FaceAndTiltsOfTenDegrees) {
   EXPECT_TRUE(t.m.converged) << t.m.reason;
   EXPECT_LT(t.error.degrees, 0.015);
   EXPECT_LT(t.error.shift, 6e-5 * 236);
+  EXPECT_TRUE(t.m.weak_directions.empty()) << t.m.weak_directions[0];
 }
 
 TEST(Match, SixtyPerCentOverlap) {

@@ -168,7 +168,7 @@ struct Weak {
 };
 
 // Eigenvectors of the information within `basis` that hold less than they should.
-std::vector<Weak> weak_within(const Information& info, const Basis& basis) {
+std::vector<Weak> weak_within(const Information& info, const Basis& basis, bool against_noise) {
   std::vector<Weak> found;
   if (basis.cols() == 0) return found;
   const Eigen::MatrixXd h = basis.transpose() * matrix(info.h) * basis;
@@ -178,7 +178,7 @@ std::vector<Weak> weak_within(const Information& info, const Basis& basis) {
   for (int k = 0; k < h.cols(); ++k) {
     const Eigen::VectorXd v = solver.eigenvectors().col(k);
     const double own = solver.eigenvalues()(k), by_noise = v.dot(noise * v);
-    const bool none = !(own > unobserved * largest) || own < unobserved_ratio * by_noise;
+    const bool none = !(own > unobserved * largest) || (against_noise && own < unobserved_ratio * by_noise);
     if (none || own < weak * largest) found.push_back({basis * v, largest > 0 ? own / largest : 0, none});
   }
   return found;
@@ -276,7 +276,7 @@ SearchResult search(const MatchSurface& moving, const MatchSurface& fixed, const
       if (k == 0) {  // what the smoothest level does not hold is not searched for on finer ones
         const Information info =
             residuals.information(s.at.motion, s.loss, std::max(floor, residuals.spread()), context);
-        for (const Weak& w : weak_within(info, basis)) {
+        for (const Weak& w : weak_within(info, basis, true)) {
           if (!w.noise) continue;
           frozen.push_back(w);
           const Basis old = basis;
@@ -316,7 +316,7 @@ SearchResult search(const MatchSurface& moving, const MatchSurface& fixed, const
       for (const Weak& w : frozen)
         result.weak_directions.push_back(words(w, axes) +
                                          " is not determined by the scans and was left as it was at the start");
-      for (const Weak& w : weak_within(info, basis))
+      for (const Weak& w : weak_within(info, basis, false))
         result.weak_directions.push_back(words(w, axes) + " is weakly held: it carries " +
                                          fmt::format("{:.1g}", w.share) +
                                          " of the information of the strongest motion");
