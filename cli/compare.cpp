@@ -121,6 +121,9 @@ void add_measure_options(Command& command, Request& request) {
       ->check(share())
       ->capture_default_str();
   add_uncertainty_options(command, options.uncertainty);
+  command.flag("--noise-floor", options.noise_floor,
+               "Estimate from the scans themselves what two scans of an unchanged surface would show, and the gross "
+               "volume without it");
   command.heading("Measure");
   command.option("--fail-above", "STATISTIC=LIMIT", request.fail_above,
                  fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean, "

@@ -3,6 +3,8 @@
 // N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner", DGCI 2013, section 3.2; measure: equation (7).
 #include "isopach/compare/compare.hpp"
 
+#include <utility>
+
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/noise.hpp"
 #include "isopach/compare/stages.hpp"
@@ -86,6 +88,12 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
       noise.take_overlay(Overlay(mesh_1, mesh_2, context), mesh_1, mesh_2);
   }
 
+  NullDifferences unchanged;
+  if (options.noise_floor) {  // from T1 and T2, each alone
+    clock.start("noise_floor");
+    unchanged = null_differences(mesh_1, mesh_2, context);
+  }
+
   clock.start("merge");
   if (options.locate == LocateMethod::tree)  // 5. theorem 2: T1 and T2 become T
     common = stages::merge_common(std::move(t1), std::move(t2), a, b, a_in_2, b_in_1, c.frame, context);
@@ -94,6 +102,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
   noise.take_union(common.nodes);
+  NullDifference unchanged_at_nodes;
+  if (options.noise_floor) unchanged_at_nodes = unite(std::exchange(unchanged, {}), common.nodes);
   c.cells =
       stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
 
@@ -102,6 +112,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (options.surface != Surface::overlay) c.measures = measure(cells, context);
   stages::describe_domain(cells, borders, c);
   noise.describe(c);
+  if (options.noise_floor) c.noise_floor = noise_floor(cells, unchanged_at_nodes, c.measures.volume, context);
   clock.stop();
   return c;
 }

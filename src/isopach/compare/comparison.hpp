@@ -9,6 +9,7 @@
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/measure/measures.hpp"
+#include "isopach/measure/noise_floor.hpp"
 #include "isopach/measure/uncertainty.hpp"
 #include "isopach/overlay/overlay.hpp"
 
@@ -56,6 +57,7 @@ struct Comparison {
   Measures measures;                ///< over options.surface; over T for `both`
   std::optional<Measures> overlay;  ///< `both` alone: the sums over the exact overlay (see sum_up)
   Uncertainty uncertainty;
+  std::optional<NoiseFloor> noise_floor;            ///< if options.noise_floor: of the common triangulation
   double rho_dv = -1;                               ///< negative: not computed
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;

@@ -28,6 +28,7 @@ struct CompareOptions {
   double max_edge = 0;        ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it
+  bool noise_floor = false;  ///< estimate what an unchanged surface would show; takes longer than all the rest
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do
   std::string unit;          ///< overrides the unit of both inputs; empty = as in the files
   bool allow_crs = false;    ///< accept degrees, pseudo-Mercator, or two different CRS

@@ -155,6 +155,9 @@ void check_options(const CompareOptions& options) {
     throw UsageError(
         "--interpolation: the exact overlay is of two piecewise linear surfaces: take --surface common, or leave "
         "--interpolation cubic out");
+  if (options.noise_floor && options.surface == Surface::overlay)
+    throw UsageError(
+        "--noise-floor: it is that of the common triangulation: take --surface common or both instead of overlay");
   if (!(options.max_edge >= 0) || std::isinf(options.max_edge))
     throw UsageError(
         fmt::format("--max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));

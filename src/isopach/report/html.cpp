@@ -12,6 +12,7 @@
 #include "isopach/report/map.hpp"
 #include "isopach/report/palette.hpp"
 #include "isopach/report/report.hpp"
+#include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 
 namespace isopach {
@@ -287,6 +288,15 @@ class Page {
     row("coverage", percent("domain.coverage"), "%", "area compared ÷ area of both");
     row("error of the integral", plain("measure.error_estimate"), unit(1),
         "of ρ, by the integration alone; 0 where it is in closed form. Noise of the scans is not in it");
+    if (c_.noise_floor) {
+      row("noise floor, gained", plain("uncertainty.noise_floor.above"), unit(3),
+          "what two scans of an unchanged surface would show, by the roughness and noise of these");
+      row("noise floor, lost", plain("uncertainty.noise_floor.below"), unit(3), "likewise");
+      row("noise floor, ρ", plain("uncertainty.noise_floor.rho"), unit(1), "likewise");
+      row("gross, debiased", plain("uncertainty.debiased.absolute"), unit(3),
+          "the gross volume without what roughness and noise add to it");
+      row("ρ, debiased", plain("uncertainty.debiased.rho"), unit(1), "that ÷ area");
+    }
     if (at("surfaces").is_object()) {
       row("gained, exact overlay", plain("surfaces.overlay.above"), unit(3),
           "the same between the two triangulations themselves, not over the common one");
@@ -296,6 +306,10 @@ class Page {
           "how much the choice of triangles alone matters");
     }
     close_table();
+    if (c_.noise_floor)
+      out_ += "<p>By the noise floor, " + noise_floor_sentence(c_, [&](const std::string& key, double v, int power) {
+        return datum(key, number(v, fine)) + "\u00a0" + unit(power);
+      }) + ".</p>\n";
     out_ += "<p class=\"soft\">Uncertainty of the scans: model “" +
             escaped(at("uncertainty.model").get<std::string>()) + "”" +
             (at("uncertainty.model") == "none" ? "; no error of the scanners was given, so none is claimed here.</p>\n"

@@ -93,6 +93,7 @@ Json parameters_json(const Comparison& c) {
            o.uncertainty.correlation_range > 0 ? real(o.uncertainty.correlation_range) : Json(nullptr)},
           {"registration_error",
            o.uncertainty.registration_error > 0 ? real(o.uncertainty.registration_error) : Json(nullptr)},
+          {"noise_floor", o.noise_floor},
           {"min_coverage", real(o.min_coverage)},
           {"allow_crs", o.allow_crs},
           {"check_layers", o.check_layers}};
@@ -144,6 +145,7 @@ Json uncertainty_json(const Comparison& c) {
   const Json none = nullptr;
   const auto of = [&](double VolumeTriple::*part) { return u.sigma ? real((*u.sigma).*part) : none; };
   const auto net = net_interval(c);
+  const std::optional<NoiseFloor>& floor = c.noise_floor;
   return {{"model", to_text(c.options.uncertainty.model)},
           {"confidence", real(c.options.uncertainty.confidence)},
           {"lod", u.lod ? real(*u.lod) : none},
@@ -158,7 +160,16 @@ Json uncertainty_json(const Comparison& c) {
                                             {"area", real(u.detected->area)}}
                                      : none},
           {"significant_area", u.detected ? real(u.detected->area / c.domain_area) : none},
-          {"noise_floor", {{"rho", none}, {"above", none}, {"below", none}}}};
+          {"noise_floor",
+           {{"rho", floor ? real(floor->rho) : none},
+            {"above", floor ? real(floor->above) : none},
+            {"below", floor ? real(floor->below) : none},
+            {"absolute", floor ? real(floor->above + floor->below) : none}}},
+          {"debiased", floor ? Json{{"rho", real(floor->debiased_rho)},
+                                    {"above", real(floor->debiased.above)},
+                                    {"below", real(floor->debiased.below)},
+                                    {"absolute", real(floor->debiased.absolute)}}
+                             : none}};
 }
 
 /// The stages every comparison has come first, each the sum of the stages of that name; others follow by their own

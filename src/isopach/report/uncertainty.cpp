@@ -66,7 +66,18 @@ std::vector<std::string> uncertainty_sentences(const Comparison& c, const Quanti
     lines.push_back("noise makes gained and lost each too large, by " +
                     quantity("uncertainty.rectification_bias_max", *c.uncertainty.rectification_bias, 3) +
                     " at most (where the surfaces are the same)");
+  if (c.noise_floor) lines.push_back(noise_floor_sentence(c, quantity));
   return lines;
+}
+
+std::string noise_floor_sentence(const Comparison& c, const Quantity& quantity) {
+  const NoiseFloor& f = *c.noise_floor;
+  return "of the gross " + quantity("volume.absolute", c.measures.volume.absolute, 3) + ", about " +
+         quantity("uncertainty.noise_floor.absolute", f.above + f.below, 3) +
+         " would also appear between two scans of an unchanged surface; without what that adds, the gross is about " +
+         quantity("uncertainty.debiased.absolute", f.debiased.absolute, 3) + ": " +
+         quantity("uncertainty.debiased.above", f.debiased.above, 3) + " gained and " +
+         quantity("uncertainty.debiased.below", f.debiased.below, 3) + " lost; the net stays as it is";
 }
 
 std::string lod_field_name(const Comparison& c) {
