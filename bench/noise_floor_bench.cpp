@@ -22,12 +22,21 @@ struct Case {
   double share_b, noise;  // points of B as a share of those of A; standard deviation of the heights
 };
 
-const std::vector<Case> cases{
-    {"relief", "unchanged", 1, 0},   {"relief", "unchanged", 1, 0.05}, {"relief", "unchanged", 0.3, 0},
-    {"relief", "unchanged", 3, 0.05}, {"relief", "rough", 1, 0},        {"relief", "rough", 1, 0.05},
-    {"relief", "rough", 0.3, 0},     {"relief", "rough", 3, 0.05},     {"relief", "smooth", 1, 0},
-    {"relief", "smooth", 1, 0.05},   {"relief", "smooth", 1, 0.5},     {"terrain", "", 1, 0.03},
-    {"face", "", 1, 0.1},            {"cone", "", 1, 0.05},            {"plane", "tilted", 1, 0.05}};
+const std::vector<Case> cases{{"relief", "unchanged", 1, 0},
+                              {"relief", "unchanged", 1, 0.05},
+                              {"relief", "unchanged", 0.3, 0},
+                              {"relief", "unchanged", 3, 0.05},
+                              {"relief", "rough", 1, 0},
+                              {"relief", "rough", 1, 0.05},
+                              {"relief", "rough", 0.3, 0},
+                              {"relief", "rough", 3, 0.05},
+                              {"relief", "smooth", 1, 0},
+                              {"relief", "smooth", 1, 0.05},
+                              {"relief", "smooth", 1, 0.5},
+                              {"terrain", "", 1, 0.03},
+                              {"face", "", 1, 0.1},
+                              {"cone", "", 1, 0.05},
+                              {"plane", "tilted", 1, 0.05}};
 
 double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 

@@ -74,18 +74,27 @@ class Neighbourhood {
   std::size_t count_ = 0;
 };
 
+double weight_at(double distance2) {
+  const double s = 1 - 0.8 * distance2;
+  return s * s;
+}
+
+Vector terms_at(double x, double y) {
+  return {1, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y};
+}
+
 // Normal equations N c = b of one neighbourhood, N = L Lᵀ. The terms are in order of their degree, so a leading part of
 // L solves the fit of a lower degree.
 struct NormalEquations {
   std::array<Vector, unknowns> n{};  // lower triangle; then L
   Vector height{}, noise{};
 
-  void add(double x, double y, double dz, double e) {
-    const Vector term{1, x, y, x * x, x * y, y * y, x * x * x, x * x * y, x * y * y, y * y * y};
+  void add(const Vector& term, double weight, double dz, double e) {
     for (std::size_t i = 0; i < unknowns; ++i) {
-      for (std::size_t j = 0; j <= i; ++j) n[i][j] += term[i] * term[j];
-      height[i] += term[i] * dz;
-      noise[i] += term[i] * e;
+      const double weighted = weight * term[i];
+      for (std::size_t j = 0; j <= i; ++j) n[i][j] += weighted * term[j];
+      height[i] += weighted * dz;
+      noise[i] += weighted * e;
     }
   }
 
@@ -107,18 +116,6 @@ struct NormalEquations {
     return unknowns;
   }
 
-  [[nodiscard]] double leverage(std::size_t size) const {  // of the node at (0, 0): (N⁻¹)₀₀ = |L⁻¹ e₀|²
-    Vector y{};
-    double sum = 0;
-    for (std::size_t i = 0; i < size; ++i) {
-      double s = i == 0 ? 1 : 0;
-      for (std::size_t k = 0; k < i; ++k) s -= n[i][k] * y[k];
-      y[i] = s / n[i][i];
-      sum += y[i] * y[i];
-    }
-    return sum;
-  }
-
   void solve(Vector& b, std::size_t size) const {
     for (std::size_t i = 0; i < size; ++i) {
       for (std::size_t k = 0; k < i; ++k) b[i] -= n[i][k] * b[k];
@@ -135,8 +132,9 @@ struct NormalEquations {
 LocalFits::Terms unscaled(const Vector& c, std::size_t size, double radius) {
   LocalFits::Terms terms{};
   for (std::size_t i = 1; i < size; ++i) {
-    const double scale = i < unknowns_of_degree[1] ? radius : i < unknowns_of_degree[2] ? radius * radius
-                                                                                        : radius * radius * radius;
+    const double scale = i < unknowns_of_degree[1]   ? radius
+                         : i < unknowns_of_degree[2] ? radius * radius
+                                                     : radius * radius * radius;
     terms[i - 1] = c[i] / scale;
   }
   return terms;
@@ -161,17 +159,33 @@ LocalFits local_fits(const Triangulation& t, std::span<const Point2> xy, std::sp
       const double radius = std::hypot(last.x - xy[i].x, last.y - xy[i].y);
       if (!(radius > 0)) continue;
       NormalEquations equations;
-      for (const Index k : near)
-        equations.add((xy[k].x - xy[i].x) / radius, (xy[k].y - xy[i].y) / radius, z[k] - z[i], noise[k]);
+      std::array<Vector, LocalFits::most_neighbours + 1> terms;
+      std::array<double, LocalFits::most_neighbours + 1> weight;
+      for (std::size_t k = 0; k < near.size(); ++k) {
+        const double x = (xy[near[k]].x - xy[i].x) / radius, y = (xy[near[k]].y - xy[i].y) / radius;
+        terms[k] = terms_at(x, y);
+        weight[k] = weight_at(x * x + y * y);
+        equations.add(terms[k], weight[k], z[near[k]] - z[i], noise[near[k]]);
+      }
       const std::size_t rank = equations.factor();
       for (std::size_t degree = 3; degree > 0; --degree) {
         const std::size_t size = unknowns_of_degree[degree];
         if (size > rank || size >= near.size()) continue;
-        const double freedom = 1 - equations.leverage(size);
-        if (freedom < least_freedom) continue;
+        // The fit at the node is Σ part_k z_k.
+        Vector inverse{1};
+        equations.solve(inverse, size);
+        double variance = 0, own = 0;
+        for (std::size_t k = 0; k < near.size(); ++k) {
+          double part = 0;
+          for (std::size_t j = 0; j < size; ++j) part += inverse[j] * terms[k][j];
+          part *= weight[k];
+          if (k == 0) own = part;
+          variance += k == 0 ? (1 - part) * (1 - part) : part * part;
+        }
+        if (1 - own < least_freedom) continue;
         equations.solve(equations.height, size);
         equations.solve(equations.noise, size);
-        fits.residual[i] = -equations.height[0] / std::sqrt(freedom);
+        fits.residual[i] = -equations.height[0] / std::sqrt(variance);
         fits.shape[i] = unscaled(equations.height, size, radius);
         fits.echo[i] = unscaled(equations.noise, size, radius);
         break;

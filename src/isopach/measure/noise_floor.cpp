@@ -62,9 +62,7 @@ Array<double> draw(const Relief& r, const OverlayMesh& m, std::uint64_t number) 
   return noise;
 }
 
-bool lies_in(const Location& at) {
-  return at.kind != Location::Kind::outside && at.kind != Location::Kind::none;
-}
+bool lies_in(const Location& at) { return at.kind != Location::Kind::outside && at.kind != Location::Kind::none; }
 
 // f̂ − f at the points of `other`, which lie in the surface that `fits` are of.
 Array<double> chords(const Relief& r, const OverlayMesh& m, const OverlayMesh& other, const Context& context) {
@@ -186,17 +184,15 @@ NullDifference unite(const NullDifferences& d, const UnitedNodes& nodes) {
     return value;
   };
   NullDifference u{united(d.at_1.chord, d.at_2.chord), united(d.at_1.variance, d.at_2.variance), {}};
-  for (std::size_t k = 0; k < d.at_1.random.size(); ++k)
-    u.random.push_back(united(d.at_1.random[k], d.at_2.random[k]));
+  for (std::size_t k = 0; k < d.at_1.random.size(); ++k) u.random.push_back(united(d.at_1.random[k], d.at_2.random[k]));
   return u;
 }
 
 NoiseFloor noise_floor(const CellView& cells, const NullDifference& null, const Volume& measured,
                        const Context& context) {
   Array<double> without_chords(cells.xy.size());
-  for_each_index(without_chords.size(), [&](std::size_t i) {
-    without_chords[i] = cells.d(static_cast<Index>(i)) - null.chord[i];
-  });
+  for_each_index(without_chords.size(),
+                 [&](std::size_t i) { without_chords[i] = cells.d(static_cast<Index>(i)) - null.chord[i]; });
   const Array<double> model =
       shrink(without_chords, areas_of_nodes(cells), null.variance, null.random.front(), context);
   const Biases b = biases_of(cells, null, model);

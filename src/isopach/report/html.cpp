@@ -307,9 +307,11 @@ class Page {
     }
     close_table();
     if (c_.noise_floor)
-      out_ += "<p>By the noise floor, " + noise_floor_sentence(c_, [&](const std::string& key, double v, int power) {
-        return datum(key, number(v, fine)) + "\u00a0" + unit(power);
-      }) + ".</p>\n";
+      out_ +=
+          "<p>By the noise floor, " +
+          noise_floor_sentence(c_, [&](const std::string& key, double v,
+                                       int power) { return datum(key, number(v, fine)) + "\u00a0" + unit(power); }) +
+          ".</p>\n";
     out_ += "<p class=\"soft\">Uncertainty of the scans: model “" +
             escaped(at("uncertainty.model").get<std::string>()) + "”" +
             (at("uncertainty.model") == "none" ? "; no error of the scanners was given, so none is claimed here.</p>\n"
