@@ -89,6 +89,23 @@ class Models(UncertaintyTest):
         self.assertAlmostEqual(cut["uncertainty"]["significant_area"],
                                cut["uncertainty"]["thresholded"]["area"] / cut["domain"]["area"])
 
+    def test_noise_floor(self):
+        self.noisy()
+        u = self.uncertainty()
+        self.assertIsNone(u["noise_floor"]["rho"])
+        self.assertIsNone(u["debiased"])
+        result = self.result("compare", "a.csv", "b.csv", "--noise-floor")
+        self.assertTrue(result["parameters"]["noise_floor"])
+        floor, debiased = result["uncertainty"]["noise_floor"], result["uncertainty"]["debiased"]
+        self.assertAlmostEqual(floor["rho"] / result["measure"]["rho"], 1, delta=0.2)  # nothing has changed
+        self.assertLess(debiased["rho"], 0.3 * result["measure"]["rho"])
+        self.assertAlmostEqual(debiased["above"] - debiased["below"], result["volume"]["net"])
+        self.assertAlmostEqual(floor["above"] + floor["below"], floor["absolute"])
+        text = self.run_cli("compare", "a.csv", "b.csv", "--noise-floor").stdout
+        self.assertIn("would also appear between two scans of an unchanged surface", text)
+        for other in [("--surface", "overlay"), ("--interpolation", "cubic")]:
+            self.fails(2, "compare", "a.csv", "b.csv", "--noise-floor", *other, says=["--noise-floor"])
+
     def test_raster_of_sigmas(self):
         self.noisy()
         header = ["ncols 2", "nrows 1", "xllcorner 0", "yllcorner 0", "cellsize 24", "NODATA_value -1"]
