@@ -130,10 +130,13 @@ TEST(NoiseFloor, StandsDegenerateScans) {
   EXPECT_EQ(compare(rough_cloud(four, 1), rough_cloud(four, 1), with_floor(), {}).noise_floor->rho, 0);
 }
 
-TEST(NoiseFloor, IsNotThatOfTheOverlay) {
+TEST(NoiseFloor, IsNotThatOfTheOverlayOrOfCubics) {
   CompareOptions o = with_floor();
   o.surface = Surface::overlay;
   const Scene s = scene_of("plane", "tilted", 200, 200, 0);
+  EXPECT_THROW((void)compare(s.a, s.b, o, {}), UsageError);
+  o.surface = Surface::common;
+  o.interpolation = Interpolation::cubic;
   EXPECT_THROW((void)compare(s.a, s.b, o, {}), UsageError);
 }
 

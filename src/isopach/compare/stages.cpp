@@ -158,6 +158,8 @@ void check_options(const CompareOptions& options) {
   if (options.noise_floor && options.surface == Surface::overlay)
     throw UsageError(
         "--noise-floor: it is that of the common triangulation: take --surface common or both instead of overlay");
+  if (options.noise_floor && options.interpolation != Interpolation::linear)
+    throw UsageError("--noise-floor: it is that of linear interpolation: leave --interpolation cubic out");
   if (!(options.max_edge >= 0) || std::isinf(options.max_edge))
     throw UsageError(
         fmt::format("--max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));

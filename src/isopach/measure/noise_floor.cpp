@@ -113,15 +113,23 @@ NullDifference null_at(const Relief& own, const OverlayMesh& mesh, const Relief&
   return d;
 }
 
-// A third of the measured area round each node.
+// A third of the measured area round each node, as whole multiples of 2⁻⁵⁰ of the size of the domain's box: sums of
+// those are exact, so that the order of the triangles, which depends on how T was made, does not matter.
 Array<double> areas_of_nodes(const CellView& cells) {
+  Box2 box;
+  for (const Point2& p : cells.xy) box.add(p);
+  int exponent = 0;
+  if (!box.empty()) (void)std::frexp((box.max.x - box.min.x) * (box.max.y - box.min.y), &exponent);
+  const double quantum = std::ldexp(1.0, exponent - 50);
   Array<double> area(cells.xy.size());
   for_each_index(area.size(), [&](std::size_t i) { area[i] = 0; });
-  for (std::size_t i = 0; i < cells.t.real; ++i)
-    if (cells.in_domain[i] != 0) {
-      const double third = cell_at(cells, i).area / 3;
-      for (const Index v : cells.t.triangles[i].v) area[v] += third;
-    }
+  for (std::size_t i = 0; i < cells.t.real; ++i) {
+    if (cells.in_domain[i] == 0) continue;
+    auto v = cells.t.triangles[i].v;
+    std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());  // one rounding for all ways to write it
+    const double third = std::round(triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]) / (3 * quantum));
+    for (const Index node : v) area[node] += third;
+  }
   return area;
 }
 
