@@ -101,6 +101,10 @@ void add_measure_options(Command& command, Request& request) {
                           {{"common", Surface::common}, {"overlay", Surface::overlay}, {"both", Surface::both}},
                           "Cells of the integral; common: the Delaunay triangulation of both scans together; overlay: "
                           "exact between the triangulations of each; both: common, with the overlay's beside it");
+  command.choice<MeasureKind>("--measure", options.measure, {{"V", MeasureKind::V}, {"dV", MeasureKind::dV}},
+                              "What is told first; V: the volume between the scans; dV: for scans of different detail, "
+                              "what the finer one shows "
+                              "averaged over each triangle of the coarser one");
   command.choice<Interpolation>(
       "--interpolation", options.interpolation, {{"linear", Interpolation::linear}, {"cubic", Interpolation::cubic}},
       "A scan between its points; linear: plane triangles; cubic: smooth, through every point, for clean scans of "

@@ -45,6 +45,7 @@ struct Statistic {
 // net, mean and median are judged by their size: a loss is as far from none as a gain.
 constexpr Statistic statistics[] = {
     {"rho", [](const Comparison& c) { return c.measures.rho; }},
+    {"rho_dv", [](const Comparison& c) { return c.detail ? c.detail->rho : std::nan(""); }},
     {"std", [](const Comparison& c) { return c.measures.difference.std; }},
     {"nmad", [](const Comparison& c) { return c.measures.difference.nmad; }},
     {"rms", [](const Comparison& c) { return c.measures.difference.rms; }},

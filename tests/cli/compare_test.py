@@ -184,6 +184,25 @@ class Options(CliTest):
             for result in results[1:]:
                 self.assertEqual(result[key], results[0][key])
 
+    def test_measure_dv_is_told_first(self):
+        a, b = self.scans(n=4000)
+        plain, detail = self.result("compare", a, b), self.result("compare", a, b, "--measure", "dV")
+        self.assertEqual([r["parameters"]["measure"] for r in [plain, detail]], ["V", "dV"])
+        self.assertEqual(plain["measure"], detail["measure"])
+        self.assertAlmostEqual(detail["measure"]["rho_dv"], 0.5, places=1)
+        self.assertEqual(detail["measure"]["detail"]["coarser"], "A")
+        self.assertEqual(self.result("compare", b, a)["measure"]["detail"]["coarser"], "B")
+        first = [self.run_cli("compare", a, b, *words).stdout.splitlines()[0] for words in [(), ("--measure", "dV")]]
+        self.assertIn("gained", first[0])
+        self.assertIn("detail that B alone can hold", first[1])
+        self.run_cli("compare", a, b, "--measure", "dV", "-o", "out")
+        self.assertIn("detail that B alone can hold", self.path("out/report.html").read_text())
+        self.fails(2, "compare", a, b, "--measure", "W", says=["--measure"])
+        self.write("wide.xyz", ["-90 -90 0", "190 -90 0", "190 190 0", "-90 190 0", "12 300 0"])
+        self.fails(4, "compare", "wide.xyz", b, "--measure", "dV", "--border", "hull", says=["--measure dV"])
+        self.assertIsNone(self.result("compare", "wide.xyz", b, "--domain", "overlap", "--border", "hull")["measure"]["rho_dv"])
+        self.run_cli("compare", a, b, "--fail-above", "rho_dv=0.1", code=6)
+
     def test_interpolation_cubic_bends_the_scans(self):
         self.run_cli("simulate", "relief", "-o", self.path("relief"), "--points", "5000", "--format", "xyz")
         pair = ("compare", "relief/a.xyz", "relief/b.xyz")

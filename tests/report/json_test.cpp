@@ -48,7 +48,8 @@ TEST(ComparisonJson, IsValidAgainstItsSchema) {
   c.options.project.classes = {2, 8};
   c.options.project.crop = Box2{{0, 0}, {5, 5}};
   c.a.crs = "EPSG:25832";
-  c.rho_dv = 0.25;
+  c.detail = DetailMeasure{true, 0.25, -0.1, 20, 7, 3};
+  c.options.measure = MeasureKind::dV;
   c.options.surface = Surface::both;
   c.overlay = c.measures;
   EXPECT_EQ(violations(Json::parse(comparison_json(c, {}))), "");
@@ -86,7 +87,7 @@ TEST(ComparisonJson, KeysAreInTheOrderOfTheContract) {
                                        "warnings",       "timing_s"};
   EXPECT_EQ(keys(j), order);
   EXPECT_EQ(keys(j["volume"]), (std::vector<std::string>{"above", "below", "net", "absolute"}));
-  EXPECT_EQ(keys(j["measure"]), (std::vector<std::string>{"rho", "rho_dv", "error_estimate"}));
+  EXPECT_EQ(keys(j["measure"]), (std::vector<std::string>{"rho", "rho_dv", "detail", "error_estimate"}));
   const std::vector<std::string> input = keys(j["inputs"][0]);
   EXPECT_EQ(std::vector<std::string>(input.begin(), input.begin() + 8),
             (std::vector<std::string>{"role", "path", "points", "nodes", "duplicates", "unit", "crs", "bounds"}));
@@ -117,7 +118,7 @@ TEST(ComparisonJson, NumbersComeBackBitForBit) {
 TEST(ComparisonJson, WhatIsNotKnownIsNull) {
   Comparison c = hills();
   const double nan = std::nan(""), infinity = std::numeric_limits<double>::infinity();
-  c.rho_dv = -1;
+  c.detail.reset();
   c.measures.error_estimate = nan;
   c.a.layered_share = infinity;
   c.b.bounds = Box3{};  // empty: infinite

@@ -126,7 +126,6 @@ inline Comparison make(const Grid& grid, const Surface2& f1, const Surface2& f2,
   c.common = cells.triangulation.real;
   c.t1 = c.t2 = c.common / 2;
   c.interface = c.common / 3;
-  c.rho_dv = -1;
   c.visited_1_in_2 = 12345;
   c.visited_2_in_1 = 23456;
   for (InputSummary* in : {&c.a, &c.b}) {

@@ -81,6 +81,9 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   noise.take_meshes(mesh_1, mesh_2);
   noise.level_points(a, b, c.fields_a, c.fields_b);
 
+  clock.start("detail");  // ρ_dV: T1, T2 and their locations are enough
+  stages::measure_detail(mesh_1, mesh_2, c, context);
+
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
     clock.start("overlay");
     stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, borders, c, context);

@@ -8,6 +8,7 @@
 #include "isopach/compare/options.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
+#include "isopach/measure/detail.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/noise_floor.hpp"
 #include "isopach/measure/uncertainty.hpp"
@@ -58,7 +59,7 @@ struct Comparison {
   std::optional<Measures> overlay;  ///< `both` alone: the sums over the exact overlay (see sum_up)
   Uncertainty uncertainty;
   std::optional<NoiseFloor> noise_floor;            ///< if options.noise_floor: of the common triangulation
-  double rho_dv = -1;                               ///< negative: not computed
+  std::optional<DetailMeasure> detail;              ///< ρ_dV; nothing where no triangle of the coarser scan counts
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;
   double trimmed_area = 0,

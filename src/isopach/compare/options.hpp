@@ -11,6 +11,7 @@ namespace isopach {
 /// Which cells the integral runs over: the triangles of T, the exact overlay of T1 and T2, or T with the overlay
 /// beside.
 enum class Surface { common, overlay, both };
+enum class MeasureKind { V, dV };  ///< which is told first: ρ_V, or ρ_dV for scans of different detail (detail.hpp)
 enum class Interpolation { linear, cubic };  ///< of each scan between its nodes, see interpolate.hpp, smooth.hpp
 enum class DomainKind { overlap, hull };
 enum class BorderRule { trim, hull };
@@ -20,6 +21,7 @@ struct CompareOptions {
   ProjectOptions project;  ///< direction, duplicates, classes, crop
   Pose pose;               ///< applied to B before anything else; default identity
   Surface surface = Surface::common;
+  MeasureKind measure = MeasureKind::V;  ///< both are computed
   Interpolation interpolation = Interpolation::linear;
   DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
   /// trim: only what the sampling supports, overlay/border.hpp; hull: the paper's.

@@ -265,7 +265,7 @@ Borders find_borders(const Triangulation& t1, const Triangulation& t2, const Hei
         f2 = footprint(t2, b.xy, trim, options.max_edge, context);
         borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
       });
-  if (options.surface != Surface::common) borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
+  borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
   borders.kept_area = f1.area + f2.area;
   borders.removed_area = f1.removed_area + f2.removed_area;
   return borders;
@@ -374,6 +374,14 @@ void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Com
   else
     c.measures = measure(overlay, context);
   if (c.options.keep_overlay) c.overlay_surface = overlay.surface(context);
+}
+
+void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context) {
+  c.detail = detail_measure(m1, m2, c.options.domain == DomainKind::hull, context);
+  if (!c.detail && c.options.measure == MeasureKind::dV)
+    throw OverlapError(
+        "--measure dV: no triangle of the coarser scan lies in the area of the finer one: leave --measure out, or take "
+        "scans that share more area");
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {

@@ -45,7 +45,7 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
 
 /// The nodes of both scans against the footprints of both.
 struct Borders {
-  Array<unsigned char> kept_1, kept_2;  ///< one flag per real triangle, for the overlay alone; empty if all are
+  Array<unsigned char> kept_1, kept_2;  ///< one flag per real triangle; empty if all are
   Margins in_1, in_2;
   double kept_area = 0, removed_area = 0;  ///< of the two footprints, added up
 };
@@ -83,6 +83,9 @@ struct Common {
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.
 void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Comparison& c, const Context& context);
+
+/// ρ_dV into c.detail. Throws OverlapError where there is none and options.measure asks for it.
+void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context);
 
 /// Area, coverage, shares trimmed and of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c);

@@ -206,6 +206,8 @@ class Page {
     card(with_sign("volume.net"), unit(3), "net = gained − lost");
     card(plain("volume.above"), unit(3), "gained (B above A)");
     card(plain("volume.below"), unit(3), "lost (B below A)");
+    if (c_.options.measure == MeasureKind::dV)
+      card(plain("measure.rho_dv"), unit(1), "at shared detail (ρ<sub>dV</sub>)");
     card(plain("measure.rho"), unit(1), "mean |d| (ρ)");
     card(percent("domain.coverage"), "%", "of the area of both scans compared");
     out_ += "</div>\n";

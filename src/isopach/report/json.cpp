@@ -74,7 +74,7 @@ Json parameters_json(const Comparison& c) {
           {"border", to_text(o.border)},
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"domain", to_text(o.domain)},
-          {"measure", "V"},
+          {"measure", to_text(o.measure)},
           {"duplicates", to_text(o.project.duplicates)},
           {"direction", point({r[6], r[7], r[8]})},
           {"direction_rule", to_text(o.project.direction.kind)},
@@ -139,6 +139,15 @@ Json difference_json(const DifferenceStatistics& d) {
           {"histogram", {{"edges", reals(d.histogram.edges)}, {"areas", reals(d.histogram.areas)}}}};
 }
 
+Json detail_json(const std::optional<DetailMeasure>& d) {
+  if (!d) return nullptr;
+  return {{"coarser", d->coarser_is_b ? "B" : "A"},
+          {"mean", real(d->mean)},
+          {"area", real(d->area)},
+          {"averaged", d->averaged},
+          {"bare", d->bare}};
+}
+
 /// What was not asked for is null: no ±0 for want of data.
 Json uncertainty_json(const Comparison& c) {
   const Uncertainty& u = c.uncertainty;
@@ -201,7 +210,8 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
       {"domain", {{"area", real(c.domain_area)}, {"area_union", real(c.area_union)}, {"coverage", real(c.coverage)}}},
       {"measure",
        {{"rho", real(m.rho)},
-        {"rho_dv", c.rho_dv < 0 ? none : real(c.rho_dv)},
+        {"rho_dv", c.detail ? real(c.detail->rho) : none},
+        {"detail", detail_json(c.detail)},
         {"error_estimate", real(m.error_estimate)}}},
       {"volume",
        {{"above", real(m.volume.above)},

@@ -76,6 +76,9 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   s.value("lost", n(m.volume.below), 3, "volume where B lies below A");
   s.value("net", signed_number(m.volume.net, plain), 3, "gained - lost");
   s.value("mean |d| (rho)", n(m.rho), 1, "(gained + lost) / area");
+  if (c.detail)
+    s.value("rho_dV", n(c.detail->rho), 1,
+            std::string("the same without detail that ") + (c.detail->coarser_is_b ? "A" : "B") + " alone can hold");
   s.value("mean d", signed_number(d.mean, plain), 1, "d = B - A, positive where B lies above A");
   s.value("rms of d", n(d.rms), 1, "std " + n(d.std) + ", nmad " + n(d.nmad));
   const auto& p = d.abs_percentiles;

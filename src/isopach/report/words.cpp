@@ -152,8 +152,23 @@ std::string input_name(const InputSummary& input) {
   return clean_utf8(name.empty() ? input.role : name);
 }
 
+namespace {
+
+// In terms of ρ_dV.
+std::string detail_headline(const DetailMeasure& d, const Quantity& quantity) {
+  return std::string("Without the detail that ") + (d.coarser_is_b ? "A" : "B") +
+         " alone can hold, the scans differ by " + quantity("measure.rho_dv", d.rho, 1) + " on average" +
+         (d.mean == 0 ? std::string(" and B lies neither above nor below A")
+                      : "; B lies " + quantity("measure.detail.mean", std::fabs(d.mean), 1) +
+                            (d.mean > 0 ? " above A" : " below A")) +
+         ", on " + quantity("measure.detail.area", d.area, 2) + ".";
+}
+
+}  // namespace
+
 std::string headline(const Comparison& c, const Quantity& quantity) {
   const Measures& m = c.measures;
+  if (c.options.measure == MeasureKind::dV && c.detail) return detail_headline(*c.detail, quantity);
   if (m.difference.max_above == 0 && m.difference.max_below == 0)
     return "B and A do not differ: d is 0 everywhere on the " + quantity("domain.area", c.domain_area, 2) +
            " compared.";
@@ -193,6 +208,7 @@ const char* to_text(Surface surface) {
   }
   return "";
 }
+const char* to_text(MeasureKind measure) { return measure == MeasureKind::dV ? "dV" : "V"; }
 const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
 const char* to_text(BorderRule border) { return border == BorderRule::trim ? "trim" : "hull"; }
 const char* to_text(LocateMethod method) {

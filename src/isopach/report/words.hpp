@@ -57,6 +57,7 @@ using Quantity = std::function<std::string(const std::string& key, double value,
 
 [[nodiscard]] const char* to_text(DuplicatePolicy policy);
 [[nodiscard]] const char* to_text(Surface surface);
+[[nodiscard]] const char* to_text(MeasureKind measure);
 [[nodiscard]] const char* to_text(DomainKind domain);
 [[nodiscard]] const char* to_text(BorderRule border);
 [[nodiscard]] const char* to_text(LocateMethod method);

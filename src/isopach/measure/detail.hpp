@@ -1,0 +1,36 @@
+// detail: ρ_dV, the measure for scans of different detail (METHOD section 3). What the finer scan shows between the
+// points of the coarser one is averaged over each triangle of the coarser mesh before its size is taken, so that detail
+// which the coarser scan cannot hold cancels out and a bias does not. T1, T2 and their mutual locations are all it
+// needs, so with localise_by_interface it costs O(n) in the worst case (theorem 3 of the paper).
+#pragma once
+#include <optional>
+
+#include "isopach/base/context.hpp"
+#include "isopach/overlay/overlay.hpp"
+
+namespace isopach {
+
+/// ρ_dV and what it stands on. Unit of heights; areas in the unit of x and y, squared.
+struct DetailMeasure {
+  bool coarser_is_b = false;
+  double rho = 0;      ///< Σ A |δ| / area
+  double mean = 0;     ///< Σ A δ / area, δ as B − A
+  double area = 0;     ///< of the triangles of the coarser mesh that count
+  Index averaged = 0;  ///< of those, the ones that hold nodes of the finer mesh
+  Index bare = 0;      ///< … and those that hold none
+};
+
+/// The coarser mesh is the one with the greater area of kept triangles per node; A if they are equal. For each of its
+/// kept triangles t whose three nodes lie in kept triangles of the finer mesh (borders included),
+///     δ = Σ w_q (f_fine(q) − f̂_coarse(q)) / Σ w_q
+/// over the nodes q of the finer mesh in t, w_q a third of the area of the kept triangles at q. A node on an edge or a
+/// node of the coarser mesh is shared equally by the kept triangles that touch it. A triangle without nodes takes the
+/// mean of f̂_fine − f_coarse at its three nodes. The sign of δ is that of B − A whichever is the coarser. With
+/// `extrapolate` (domain `hull`) all heights that are given for nodes outside the finer mesh count as known. Nothing if
+/// no triangle counts. Exchanging a and b exchanges the sign of `mean` and leaves `rho`, to the last bit, unless both
+/// meshes have the same area per node.
+/// Same bits for any number of threads and any order of points. Cost O(n). Oracle: tests/measure/detail_test.cpp.
+[[nodiscard]] std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
+                                                          const Context& context);
+
+}  // namespace isopach
