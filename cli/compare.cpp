@@ -105,6 +105,11 @@ void add_measure_options(Command& command, Request& request) {
                               "What is told first; V: the volume between the scans; dV: for scans of different detail, "
                               "what the finer one shows "
                               "averaged over each triangle of the coarser one");
+  command.parsed(
+      "--weight", "FORMULA|@ATTRIBUTE|FILE", options.weight,
+      +[](const std::string& text) { return parse_weight(text); },
+      "Also the measures with a weight of 0 or more: a formula of x, y, z1, z2, slope1, slope2; an attribute of the "
+      "points, of B if it has it, else of A, or @a:NAME, @b:NAME; or a raster");
   command.choice<Interpolation>(
       "--interpolation", options.interpolation, {{"linear", Interpolation::linear}, {"cubic", Interpolation::cubic}},
       "A scan between its points; linear: plane triangles; cubic: smooth, through every point, for clean scans of "
@@ -182,6 +187,8 @@ int run_compare(const Arguments& arguments) {
   const UncertaintyOptions& uncertainty = request.options.uncertainty;
   for (const SigmaSource* s : {&uncertainty.sigma1, &uncertainty.sigma2})
     if (s->kind == SigmaSource::Kind::attribute) wanted.attributes.push_back(s->name);
+  if (request.options.weight.kind == WeightSource::Kind::attribute)
+    wanted.attributes.push_back(request.options.weight.text);
   const Cloud a = read_cloud(request.path_a, wanted, run.context());
   const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();

@@ -4,11 +4,14 @@
 
 #include <charconv>
 #include <cmath>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 
 #include "cli/command.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/measure/expression.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -136,6 +139,25 @@ SigmaSource parse_sigma(const std::string& text, const std::string& option) {
     throw UsageError(fmt::format(
         "{}: '{}' is neither a number, nor @ and an attribute, nor a raster that can be opened", option, text));
   return {Kind::raster, 0, text};
+}
+
+WeightSource parse_weight(const std::string& text) {
+  using Kind = WeightSource::Kind;
+  using Scan = WeightSource::Scan;
+  if (!text.empty() && text.front() == '@') {
+    const bool of_a = text.rfind("@a:", 0) == 0, of_b = text.rfind("@b:", 0) == 0;
+    const std::string name = text.substr(of_a || of_b ? 3 : 1);
+    if (name.empty()) throw UsageError("--weight: name an attribute after '@', e.g. @intensity");
+    return {Kind::attribute, of_a ? Scan::a : of_b ? Scan::b : Scan::any, name};
+  }
+  std::error_code none;  // a formula may be no name of a file
+  if (std::filesystem::is_regular_file(std::filesystem::path(text), none)) return {Kind::raster, Scan::any, text};
+  for (const char* ending : {".tif", ".tiff", ".asc", ".img", ".grd"})
+    if (text.size() > std::strlen(ending) &&
+        text.compare(text.size() - std::strlen(ending), std::string::npos, ending) == 0)
+      throw InputError("--weight: " + text + ": no such file: give a raster that is there");
+  (void)Expression(text, "--weight");  // refused here, before any file is read
+  return {Kind::expression, Scan::any, text};
 }
 
 Pose read_pose(const std::string& path, const std::string& option) {

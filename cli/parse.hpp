@@ -19,6 +19,8 @@ namespace isopach::cli {
 [[nodiscard]] std::string parse_unit(const std::string& text);
 /// S | @attribute | FILE (a raster); `option` names it in the error.
 [[nodiscard]] SigmaSource parse_sigma(const std::string& text, const std::string& option);
+/// @attribute | @a:attribute | @b:attribute | FILE (a raster) | a formula.
+[[nodiscard]] WeightSource parse_weight(const std::string& text);
 /// A file of four lines of four numbers (or sixteen in any lines), row-major, last row 0 0 0 1. InputError names the
 /// file; `option` is the one that asked for it.
 [[nodiscard]] Pose read_pose(const std::string& path, const std::string& option = "--pose");

@@ -15,7 +15,7 @@ packages=(
   clang clang-format
   # the library
   libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev
-  libproj-dev libpng-dev libcairo2-dev fonts-dejavu-core
+  libmuparser-dev libproj-dev libpng-dev libcairo2-dev fonts-dejavu-core
   # the command line
   libcli11-dev
   # tests and benchmarks

@@ -8,6 +8,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/noise.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/compare/weighting.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/overlay/interpolate.hpp"
@@ -24,6 +25,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   c.options = options;
   stages::check_options(options);
   stages::check_uncertainty(options.uncertainty);
+  stages::check_weight(options);
   stages::check_units(cloud_a, cloud_b, options, c);
   stages::Clock clock(c.timing, context);
 
@@ -35,6 +37,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
   stages::Noise noise(options, context);
   noise.take_sigmas(cloud_a, cloud_b, a, b);
+  stages::Weighting weighting(options, context);
+  weighting.take_points(cloud_a, cloud_b, a, b, c);
 
   clock.start("delaunay");  // 1. T1, T2: O(n log n)
   Triangulation t1, t2;
@@ -79,6 +83,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   const OverlayMesh mesh_1{t1, a.xy, a.z, a_in_2, f2_at_a, borders.kept_1};
   const OverlayMesh mesh_2{t2, b.xy, b.z, b_in_1, f1_at_b, borders.kept_2};
   noise.take_meshes(mesh_1, mesh_2);
+  weighting.take_meshes(mesh_1, mesh_2);
   noise.level_points(a, b, c.fields_a, c.fields_b);
 
   clock.start("detail");  // ρ_dV: T1, T2 and their locations are enough
@@ -89,6 +94,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
     stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, borders, c, context);
     if (options.surface == Surface::overlay && noise.asked())
       noise.take_overlay(Overlay(mesh_1, mesh_2, context), mesh_1, mesh_2);
+    if (options.surface == Surface::overlay && weighting.asked())
+      weighting.take_overlay(Overlay(mesh_1, mesh_2, context), mesh_1, mesh_2);
   }
 
   NullDifferences unchanged;
@@ -105,6 +112,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
   noise.take_union(common.nodes);
+  weighting.take_union(common.nodes);
   NullDifference unchanged_at_nodes;
   if (options.noise_floor) unchanged_at_nodes = unite(std::exchange(unchanged, {}), common.nodes);
   c.cells =
@@ -115,6 +123,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (options.surface != Surface::overlay) c.measures = measure(cells, context);
   stages::describe_domain(cells, borders, c);
   noise.describe(c);
+  weighting.describe(c);
   if (options.noise_floor) c.noise_floor = noise_floor(cells, unchanged_at_nodes, c.measures.volume, context);
   clock.stop();
   return c;

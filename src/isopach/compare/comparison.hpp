@@ -59,6 +59,7 @@ struct Comparison {
   std::optional<Measures> overlay;  ///< `both` alone: the sums over the exact overlay (see sum_up)
   Uncertainty uncertainty;
   std::optional<NoiseFloor> noise_floor;            ///< if options.noise_floor: of the common triangulation
+  std::optional<WeightedMeasures> weighted;         ///< if options.weight; over the surface of `measures`
   std::optional<DetailMeasure> detail;              ///< ρ_dV; nothing where no triangle of the coarser scan counts
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;

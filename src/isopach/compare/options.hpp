@@ -5,6 +5,7 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/rigid.hpp"
 #include "isopach/measure/uncertainty.hpp"
+#include "isopach/measure/weight.hpp"
 
 namespace isopach {
 
@@ -29,6 +30,7 @@ struct CompareOptions {
   bool keep_overlay = false;  ///< keep the cells of the overlay as a mesh, to be written; `common` has none
   double max_edge = 0;        ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
+  WeightSource weight;                        ///< weighted measures beside the plain ones; default: none
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it
   bool noise_floor = false;  ///< estimate what an unchanged surface would show; takes longer than all the rest
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do

@@ -9,46 +9,11 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/noise.hpp"
-#include "isopach/io/read.hpp"
+#include "isopach/io/raster_values.hpp"
 
 namespace isopach::stages {
 
 namespace {
-
-// The values of a raster by place: that of the cell a point lies in.
-class RasterValues {
- public:
-  RasterValues(const std::string& path, const std::string& option, const Context& context) {
-    const Cloud cloud = read_cloud(path, {}, context);
-    if (!cloud.grid) throw InputError(option + ": " + path + " is no raster: give a GeoTIFF of standard deviations");
-    grid_ = *cloud.grid;
-    value_.resize(grid_.columns * grid_.rows);
-    std::fill(value_.begin(), value_.end(), std::nan(""));
-    for (const Point3& p : cloud.points) value_[*place(p)] = p.z;
-  }
-
-  /// NaN where the raster has none.
-  [[nodiscard]] double at(const Point3& p) const {
-    const auto where = place(p);
-    return where ? value_[*where] : std::nan("");
-  }
-
- private:
-  [[nodiscard]] std::optional<std::size_t> place(const Point3& p) const {
-    const auto& g = grid_.geotransform;
-    const double dx = p.x - g[0], dy = p.y - g[3], det = g[1] * g[5] - g[2] * g[4];
-    const double column = std::floor((dx * g[5] - dy * g[2]) / det), row = std::floor((dy * g[1] - dx * g[4]) / det);
-    // A point on the far rim belongs to the last cell.
-    const auto clipped = [](double v, std::size_t n) { return v == static_cast<double>(n) ? v - 1 : v; };
-    const double c = clipped(column, grid_.columns), r = clipped(row, grid_.rows);
-    if (!(c >= 0 && r >= 0 && c < static_cast<double>(grid_.columns) && r < static_cast<double>(grid_.rows)))
-      return std::nullopt;
-    return static_cast<std::size_t>(r) * grid_.columns + static_cast<std::size_t>(c);
-  }
-
-  RasterGrid grid_;
-  Array<double> value_;
-};
 
 // σ of each point that became (part of) a node; of no interest elsewhere.
 Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaSource& source,

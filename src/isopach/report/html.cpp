@@ -275,6 +275,16 @@ class Page {
     if (at("measure.rho_dv").is_number())
       row("ρ<sub>dV</sub>", plain("measure.rho_dv"), unit(1),
           "the same with the detail only the finer scan holds averaged out");
+    if (at("measure.weight").is_object()) {
+      const std::string by = "with the weight “" + escaped(clean_utf8(to_text(c_.options.weight))) + "”";
+      row("ρ, weighted", plain("measure.weight.rho"), unit(1), "weighted gross volume ÷ area, " + by);
+      row("gained, weighted", plain("measure.weight.above"), unit(3), "∫ d μ where B lies above A, " + by);
+      row("lost, weighted", plain("measure.weight.below"), unit(3), "likewise where B lies below A");
+      row("net, weighted", with_sign("measure.weight.net"), unit(3), "the first less the second");
+      row("∫ of the weight", plain("measure.weight.integral"), unit(2), "weighted net ÷ this: the weighted mean of d");
+      row("error of ρ, weighted", plain("measure.weight.error_estimate"), unit(1),
+          "of the integration; 0 in closed form");
+    }
     row("mean d", with_sign("difference.mean"), unit(1), "net volume ÷ area: the offset of B from A (bias)");
     row("median d", with_sign("difference.median"), unit(1), "half of the area has a smaller d");
     row("RMS", plain("difference.rms"), unit(1), "root of the mean of d²; large differences weigh more");

@@ -75,6 +75,7 @@ Json parameters_json(const Comparison& c) {
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"domain", to_text(o.domain)},
           {"measure", to_text(o.measure)},
+          {"weight", text_or_null(to_text(o.weight))},
           {"duplicates", to_text(o.project.duplicates)},
           {"direction", point({r[6], r[7], r[8]})},
           {"direction_rule", to_text(o.project.direction.kind)},
@@ -137,6 +138,20 @@ Json difference_json(const DifferenceStatistics& d) {
           {"max_below", real(d.max_below)},
           {"abs_percentiles", percentiles},
           {"histogram", {{"edges", reals(d.histogram.edges)}, {"areas", reals(d.histogram.areas)}}}};
+}
+
+Json weight_json(const Comparison& c) {
+  if (!c.weighted) return nullptr;
+  const WeightedMeasures& w = *c.weighted;
+  return {{"kind", to_text(c.options.weight.kind)},
+          {"expression", to_text(c.options.weight)},
+          {"integral", real(w.integral)},
+          {"rho", real(w.rho)},
+          {"above", real(w.above)},
+          {"below", real(w.below)},
+          {"net", real(w.net)},
+          {"error_estimate", real(w.error_estimate)},
+          {"integral_error", real(w.integral_error)}};
 }
 
 Json detail_json(const std::optional<DetailMeasure>& d) {
@@ -212,7 +227,8 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
        {{"rho", real(m.rho)},
         {"rho_dv", c.detail ? real(c.detail->rho) : none},
         {"detail", detail_json(c.detail)},
-        {"error_estimate", real(m.error_estimate)}}},
+        {"error_estimate", real(m.error_estimate)},
+        {"weight", weight_json(c)}}},
       {"volume",
        {{"above", real(m.volume.above)},
         {"below", real(m.volume.below)},

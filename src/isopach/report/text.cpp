@@ -79,6 +79,12 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   if (c.detail)
     s.value("rho_dV", n(c.detail->rho), 1,
             std::string("the same without detail that ") + (c.detail->coarser_is_b ? "A" : "B") + " alone can hold");
+  if (c.weighted) {
+    const WeightedMeasures& w = *c.weighted;
+    s.line("weight", clean_utf8(to_text(c.options.weight)));
+    s.value("weighted rho", n(w.rho), 1, "(weighted gained + lost) / area, within " + n(w.error_estimate));
+    s.value("weighted net", signed_number(w.net, plain), 3, "gained " + n(w.above) + ", lost " + n(w.below));
+  }
   s.value("mean d", signed_number(d.mean, plain), 1, "d = B - A, positive where B lies above A");
   s.value("rms of d", n(d.rms), 1, "std " + n(d.std) + ", nmad " + n(d.nmad));
   const auto& p = d.abs_percentiles;
