@@ -12,7 +12,7 @@ packages=(
   # tools
   git make g++ cmake ninja-build pkg-config ccache python3
   # checks and fuzzing
-  clang clang-format
+  clang clang-format libclang-rt-dev
   # the library
   libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev
   libmuparser-dev libproj-dev libpng-dev libcairo2-dev fonts-dejavu-core
