@@ -185,6 +185,7 @@ class Map {
     Canvas canvas(options_.width, height_, paper);
     canvas.picture(panel_x_, panel_y_, shade_and_colour(raster, shade, palette_, limit_, stripe));
     canvas.frame(panel_x_ - 0.5 * s_, panel_y_ - 0.5 * s_, columns_ + s_, rows_ + s_, 1.5 * s_, rule);
+    draw_lines(canvas);
     draw_header(canvas);
     draw_axes(canvas);
     draw_bar(canvas);
@@ -229,7 +230,9 @@ class Map {
     const std::string name = options_.title.empty() ? input_name(c_.a) + " → " + input_name(c_.b) : options_.title;
     canvas.text(x, 56 * s_, canvas.fitted(name, title, room), title);
     const Volume& v = c_.measures.volume;
-    const std::string volumes = shows_no_difference(c_)
+    const MapWords& words = options_.words;
+    const std::string volumes = !words.headline.empty() ? words.headline
+                                : shows_no_difference(c_)
                                     ? std::string("no difference")
                                     : "net " + with_unit(signed_number(v.net, fine), 3) + "   ·   gained " +
                                           with_unit(number(v.above, fine), 3) + "   ·   lost " +
@@ -239,12 +242,31 @@ class Map {
     const std::string where = with_unit(number(c_.domain_area, fine), 2) + " compared, " +
                               fixed_number(100 * c_.coverage, 1, fine) + " % of the area of both scans" +
                               (c_.unit == "unknown" ? "   ·   units unknown (as in the files)" : "");
-    canvas.text(x, 125 * s_, canvas.fitted(where, soft, room), soft);
+    canvas.text(x, 125 * s_, canvas.fitted(words.where.empty() ? where : words.where, soft, room), soft);
     if (direction_is_z()) return;
     const auto& r = c_.frame.rotation;
     canvas.text(x, 155 * s_,
                 "seen along (" + number(r[6], fine) + ", " + number(r[7], fine) + ", " + number(r[8], fine) + ")",
                 soft);
+  }
+
+  void draw_lines(Canvas& canvas) const {
+    const Canvas::Font font{17 * s_, true, ink};
+    const auto pixel = [&](const Point2& p) {
+      return Point2{panel_x_ + (p.x - box_.min.x) * scale_, panel_y_ + (box_.max.y - p.y) * scale_};
+    };
+    for (const MapLine& line : options_.lines) {
+      for (std::size_t i = 1; i < line.xy.size(); ++i) {
+        const Point2 p = pixel(line.xy[i - 1]), q = pixel(line.xy[i]);
+        canvas.line(p.x, p.y, q.x, q.y, 2 * s_, ink);
+      }
+      if (line.xy.empty()) continue;
+      const Point2 p = pixel(line.xy.front());
+      const double half = canvas.text_width(line.label, font) / 2;
+      canvas.text(within(p.x, panel_x_, panel_x_ + columns_, half + 4 * s_),
+                  std::clamp(p.y - 6 * s_, panel_y_ + 20 * s_, panel_y_ + rows_ - 4 * s_), line.label, font,
+                  Align::centre);
+    }
   }
 
   void draw_axes(Canvas& canvas) const {
@@ -340,7 +362,9 @@ class Map {
       else
         canvas.text(q.x, q.y + 20 * s_, label, font, Align::centre);
     }
-    const std::string gained = "B above A (gained)", lost = "B below A (lost)";
+    const MapWords& words = options_.words;
+    const std::string gained = words.above.empty() ? "B above A (gained)" : words.above;
+    const std::string lost = words.below.empty() ? "B below A (lost)" : words.below;
     if (bar_.upright) {
       const double x = bar_.x - 100 * s_;
       canvas.text(x, bar_.y - bar_.length - 36 * s_, gained, above);
@@ -371,14 +395,18 @@ class Map {
       canvas.text(next + 36 * s_, foot_y_, words, soft);
       next += 36 * s_ + canvas.text_width(words, soft) + 40 * s_;
     };
-    key(palette_(0), false, "no difference");
-    if (has_footprint_) key(footprint, true, "scanned, but not compared (one scan has no points here)");
+    const MapWords& words = options_.words;
+    key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
+    if (has_footprint_)
+      key(footprint, true,
+          words.left_out.empty() ? "scanned, but not compared (one scan has no points here)" : words.left_out);
     const std::string reach = shows_no_difference(c_) ? ""
                               : limit_ < largest(c_.measures.difference)
                                   ? "colours reach to the 99th percentile of |d|; "
                                   : "colours reach to the largest |d|; ";
-    const std::string note = std::string(sign_rule) + "; " + reach + "histogram: area, square-root scale; " +
-                             "shading: surface A, heights × " + number(exaggeration_, fine, 2);
+    const std::string note = (words.note.empty() ? std::string(sign_rule) : words.note) + "; " + reach +
+                             "histogram: area, square-root scale; " + "shading: surface" +
+                             (words.note.empty() ? " A" : "") + ", heights × " + number(exaggeration_, fine, 2);
     canvas.text(x, foot_y_ + 38 * s_, canvas.fitted(note, soft, options_.width - 2 * x), soft);
   }
 

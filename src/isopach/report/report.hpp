@@ -14,11 +14,29 @@ namespace isopach {
 /// two-space indent. `outputs` are the files written beside it.
 [[nodiscard]] std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs);
 
+/// Words on a map that shows another field than B − A. Empty: those of a comparison.
+struct MapWords {
+  std::string headline;      ///< the line of numbers under the title
+  std::string where;         ///< the line under it
+  std::string above, below;  ///< at the ends of the colour bar
+  std::string zero;          ///< beside the colour of 0
+  std::string left_out;      ///< beside the colour of what is scanned but has no value
+  std::string note;          ///< what the colours mean, at the foot
+};
+
+/// A line drawn over the map, with a label at its beginning.
+struct MapLine {
+  Array<Point2> xy;  ///< frame coordinates
+  std::string label;
+};
+
 struct MapOptions {
   std::string title;                 ///< default: names of A and B
   std::string palette = "blue-red";  ///< see palettes(); diverging, centred on 0
   bool flip = false;                 ///< swap the two ends
   int width = 1600;                  ///< pixels
+  MapWords words;
+  std::vector<MapLine> lines;
 };
 
 /// Names of the palettes, the default first.

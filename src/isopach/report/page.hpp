@@ -1,0 +1,63 @@
+// HtmlPage: what all report.html have in common: one page that opens from disk, without a network and without a script.
+// Every number is taken from the text of result.json, shown rounded, with the exact value as its title and its key as
+// data-key. Internal to report/: the header needs nlohmann-json.
+#pragma once
+#include <string>
+#include <string_view>
+
+#include <nlohmann/json.hpp>
+
+namespace isopach {
+
+/// Text for HTML: valid UTF-8 (see clean_utf8) with & < > " ' as entities.
+[[nodiscard]] std::string escaped(std::string_view text);
+
+class HtmlPage {
+ public:
+  using Json = nlohmann::ordered_json;
+
+  /// `json` is the text of result.json; it outlives the page.
+  explicit HtmlPage(const std::string& json) : text_(json), json_(Json::parse(json)) {}
+
+ protected:
+  /// Begins the page, with the style of all reports, and ends it.
+  void open_page(const std::string& title);
+  void close_page();
+
+  /// A value of result.json by its path, "volume.net" or "inputs.0.path".
+  [[nodiscard]] const Json& at(const std::string& key) const;
+  [[nodiscard]] double value(const std::string& key) const;  ///< NaN for null
+
+  /// A number of result.json: `shown` for people, the exact one as title and value.
+  [[nodiscard]] std::string datum(const std::string& key, const std::string& shown) const;
+  [[nodiscard]] std::string plain(const std::string& key) const;
+  [[nodiscard]] std::string with_sign(const std::string& key) const;
+  [[nodiscard]] std::string whole(const std::string& key) const;
+  [[nodiscard]] std::string percent(const std::string& key) const;
+
+  // Parts of the page; what they are given is HTML already.
+  void card(const std::string& number_html, const std::string& unit_html, const std::string& label);
+  void row(const std::string& name, const std::string& number_html, const std::string& unit_html,
+           const std::string& why);
+  void open_table(const std::string& title, const std::string& columns, const std::string& kind = "");
+  void close_table();
+
+  /// The list `warnings` of result.json; nothing where it is empty.
+  void warnings();
+  /// A PNG that is written already, carried in the page. Errors: InputError where it cannot be read.
+  void picture(const std::string& png, const std::string& alt, const std::string& caption = "");
+  /// The objects `parameters` and `timing_s` of result.json as tables.
+  void settings();
+  void timing();
+  /// result.json itself, and the foot of the page.
+  void raw();
+
+  const std::string& text_;
+  Json json_;
+  std::string out_;
+};
+
+/// The page to a file, whole or not at all. Errors: InputError naming the path.
+void write_page(const std::string& path, const std::string& page);
+
+}  // namespace isopach
