@@ -1,9 +1,11 @@
 // The exact overlay beside the common triangulation: overlay_bench [LARGEST], on one thread, CPU time, medians of five.
-// Uniform nodes, N in each mesh; both start from T1 and T2 and share localisation and interpolation.
+// Uniform nodes, N in each mesh, with heights of a relief or of white noise; both start from T1 and T2 and share
+// localisation and interpolation.
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <ctime>
 #include <functional>
@@ -30,13 +32,18 @@ struct Mesh {
 
 constexpr CurveBox unit_square{{0, 0}, 0x1p32};
 
-Mesh uniform_mesh(std::size_t n, std::uint64_t seed) {
+Mesh uniform_mesh(std::size_t n, std::uint64_t seed, bool relief) {
   const RandomStream x(seed, 1), y(seed, 2), z(seed, 3);
   Array<Point2> points(n);
   for (std::size_t i = 0; i < n; ++i) points[i] = {x.uniform(i), y.uniform(i)};
   Mesh mesh;
   for (const Index i : curve_order(points, unit_square)) mesh.xy.push_back(points[i]);
-  for (std::size_t i = 0; i < n; ++i) mesh.z.push_back(z.uniform(i) + mesh.xy[i].x);
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point2& p = mesh.xy[i];
+    mesh.z.push_back(relief ? 0.1 * std::sin(9 * p.x) * std::cos(7 * p.y) +
+                                  0.002 * static_cast<double>(seed) * std::sin(40 * p.x + 25 * p.y) + 1e-5 * z.normal(i)
+                            : z.uniform(i) + p.x);
+  }
   mesh.t = triangulate(mesh.xy, unit_square, {});
   return mesh;
 }
@@ -54,8 +61,8 @@ struct Times {
   }
 };
 
-void run(std::size_t n) {
-  const Mesh a = uniform_mesh(n, 1), b = uniform_mesh(n, 2);
+void run(std::size_t n, bool relief) {
+  const Mesh a = uniform_mesh(n, 1, relief), b = uniform_mesh(n, 2, relief);
   Times locate, united, measured, overlay, overlay_measured;
   std::size_t cells = 0;
   double above = 0, common_above = 0;
@@ -94,14 +101,14 @@ void run(std::size_t n) {
   const double per = 1e9 / static_cast<double>(2 * n);
   const double shared = locate.median(), common = shared + united.median() + measured.median();
   fmt::print(
-      "N {:>8}: trees, locations, heights {:.0f} ns per node; T {:.0f}; its measure {:.0f}; overlay {:.0f} ({:.2f} "
+      "N {:>8}, {}: trees, locations, heights {:.0f} ns per node; T {:.0f}; its measure {:.0f}; overlay {:.0f} ({:.2f} "
       "cells "
       "per node of one mesh, {:.0f} ns per cell); with all statistics {:.0f}; overlay / common after triangulation "
       "{:.2f}, with all statistics {:.2f}; above {:.6g}, common {:.6g}\n",
-      n, shared * per, united.median() * per, measured.median() * per, overlay.median() * per,
-      static_cast<double>(cells) / static_cast<double>(n), 1e9 * overlay.median() / static_cast<double>(cells),
-      overlay_measured.median() * per, (shared + overlay.median()) / common,
-      (shared + overlay_measured.median()) / common, above, common_above);
+      n, relief ? "relief" : "white noise", shared * per, united.median() * per, measured.median() * per,
+      overlay.median() * per, static_cast<double>(cells) / static_cast<double>(n),
+      1e9 * overlay.median() / static_cast<double>(cells), overlay_measured.median() * per,
+      (shared + overlay.median()) / common, (shared + overlay_measured.median()) / common, above, common_above);
   std::fflush(stdout);
 }
 
@@ -111,7 +118,8 @@ int main(int argc, char** argv) {
   const std::size_t largest = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1'000'000;
   run_with_threads(1, [&] {
     for (const std::size_t n : {10'000, 100'000, 300'000, 1'000'000, 4'000'000})
-      if (n <= largest) run(n);
+      for (const bool relief : {true, false})
+        if (n <= largest) run(n, relief);
   });
   return 0;
 }

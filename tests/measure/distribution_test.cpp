@@ -87,7 +87,7 @@ void expect_quantiles(const Sample& s, const std::string& name) {
   wanted.push_back({0.5, true, 0, 6});  // about the median
   wanted.push_back({0.9, true, 0, wanted.size() - 1});
   const CellView view = s.view();
-  const std::vector<double> found = Distribution(view, area, limit, {}).quantiles(wanted);
+  const std::vector<double> found = describe(view, wanted, 101, {}).quantiles;
   ASSERT_EQ(found.size(), wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) {
     const auto& [share, absolute, given, about] = wanted[i];
@@ -114,18 +114,32 @@ TEST(Quantiles, HaveTheirShareOfTheAreaOnEitherSide) {
   expect_quantiles(sample(90000, 130, rough_in_a_corner), "more cells than are sampled");
 }
 
-TEST(AreasBetween, EqualCuttingAndAddUpToTheDomain) {
-  const Sample s = sample(2000, 126, rough);
+// Quiet slots, slots in which quantiles lie, cells over many bins and outliers: all must be counted where they belong.
+void expect_histogram(const Sample& s, std::size_t bins, const std::string& name) {
   const CellView view = s.view();
-  const double domain = static_cast<double>(brute_area(s, -1e9L, 1e9L));
-  const std::vector<double> areas = Distribution(view, domain, 1.5, {}).areas_between(-0.5, 0.75, 5);
-  ASSERT_EQ(areas.size(), 5u);
-  for (std::size_t k = 0; k < 5; ++k) {
-    const double edge = -0.5 + 0.25 * static_cast<double>(k);
-    const long double low = k == 0 ? -1e9L : edge, high = k == 4 ? 1e9L : edge + 0.25L;
-    EXPECT_NEAR(areas[k], static_cast<double>(brute_area(s, low, high)), 1e-13);
+  for (const bool with_quantiles : {false, true}) {
+    const std::vector<Quantile> wanted =
+        with_quantiles ? std::vector<Quantile>{{0.5}, {0.9, true}} : std::vector<Quantile>{};
+    const Described found = describe(view, wanted, bins, {});
+    const Histogram& h = found.histogram;
+    ASSERT_EQ(h.areas.size(), bins);
+    const double area = static_cast<double>(brute_area(s, -1e9L, 1e9L));
+    EXPECT_NEAR(found.totals.area.value(), area, 1e-13) << name;
+    for (std::size_t k = 0; k < bins; ++k) {
+      const long double low = k == 0 ? -1e9L : h.edges[k], high = k + 1 == bins ? 1e9L : h.edges[k + 1];
+      EXPECT_NEAR(h.areas[k], static_cast<double>(brute_area(s, low, high)), 1e-13) << name << " " << k;
+    }
+    EXPECT_NEAR(std::accumulate(h.areas.begin(), h.areas.end(), 0.0), area, 1e-13) << name;
   }
-  EXPECT_NEAR(std::accumulate(areas.begin(), areas.end(), 0.0), static_cast<double>(brute_area(s, -1e9L, 1e9L)), 1e-13);
+}
+
+TEST(Histogram, EqualsCuttingAndAddsUpToTheDomain) {
+  for (const std::size_t bins : {1, 5, 40}) {
+    expect_histogram(sample(2000, 126, rough), bins, "rough");
+    expect_histogram(sample(2000, 126, plane), bins, "plane");
+    expect_histogram(sample(2000, 126, rough_in_a_corner), bins, "rough in a corner");
+    expect_histogram(sample(2000, 126, one_outlier), bins, "one outlier");
+  }
 }
 
 TEST(Histogram, OfAMeasureIsSymmetricAndHoldsTheDomain) {

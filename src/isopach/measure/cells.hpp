@@ -38,4 +38,12 @@ void for_cells(const Overlay& overlay, std::size_t begin, std::size_t end, F&& f
     for (const OverlayCell& c : overlay.cells(i, scratch)) for_cells(c, f);
 }
 
+/// The same cell with ascending values.
+[[nodiscard]] inline Cell sorted(Cell cell) {
+  auto& d = cell.d;
+  const double low = std::min(d[0], d[1]), high = std::max(d[0], d[1]);
+  cell.d = {std::min(low, d[2]), std::max(low, std::min(high, d[2])), std::max(high, d[2])};
+  return cell;
+}
+
 }  // namespace isopach

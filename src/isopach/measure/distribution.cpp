@@ -4,195 +4,46 @@
 #include <cmath>
 #include <limits>
 #include <optional>
+#include <span>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
-#include "isopach/base/sum.hpp"
+#include "isopach/measure/cumulative_area.hpp"
 
 namespace isopach {
 
 namespace {
 
-constexpr std::size_t block = 1 << 15;
-
-Cell sorted(Cell cell) {
-  auto& d = cell.d;
-  const double low = std::min(d[0], d[1]), high = std::max(d[0], d[1]);
-  cell.d = {std::min(low, d[2]), std::max(low, std::min(high, d[2])), std::max(high, d[2])};
-  return cell;
-}
-
-// Area where the variable is ≤ v, and how fast it grows with v.
-struct Growth {
-  double area = 0, density = 0;
-};
-Growth growth_of_d(const Cell& cell, double v) {  // values sorted, not all equal
-  const auto [d0, d1, d2] = cell.d;
-  if (v <= d0) return {};
-  if (v >= d2) return {cell.area, 0};
-  // Ratios first: the product of two tiny differences may be no number.
-  if (v < d1) {
-    const double ratio = cell.area * ((v - d0) / (d1 - d0));
-    return {ratio * ((v - d0) / (d2 - d0)), 2 * ratio / (d2 - d0)};
-  }
-  const double ratio = cell.area * ((d2 - v) / (d2 - d1));
-  return {cell.area - ratio * ((d2 - v) / (d2 - d0)), 2 * ratio / (d2 - d0)};
-}
-
-struct Interval {
-  double low, high;
-};
-
-// Ascending and disjoint; those that overlap become one.
-std::vector<Interval> merged(std::vector<Interval> intervals) {
-  std::sort(intervals.begin(), intervals.end(), [](const Interval& a, const Interval& b) { return a.low < b.low; });
-  std::vector<Interval> result;
-  for (const Interval& i : intervals) {
-    if (!result.empty() && i.low <= result.back().high)
-      result.back().high = std::max(result.back().high, i.high);
-    else
-      result.push_back(i);
-  }
-  return result;
-}
-
-// What a block of cells adds to the area where d ≤ v, for v in one interval.
-struct Share {
-  Sum before;                                   // cells that end below the interval and not below the one before it
-  std::array<Sum, 3> quadratic;                 // cells without a corner inside, in u = (v − low) / (high − low)
-  std::vector<Cell> cut;                        // cells with one
-  std::vector<std::pair<double, double>> flat;  // constant cells: value, area
-
-  void add_flat(double d, double area) {
-    if (!flat.empty() && flat.back().first == d)
-      flat.back().second += area;
-    else
-      flat.emplace_back(d, area);
-  }
-  void add(const Cell& cell, const Interval& v) {
-    const auto [d0, d1, d2] = cell.d;
-    const double width = v.high - v.low;
-    // area · (v − root)² / (e · f) with e, f not below the width: all ratios are at most 1.
-    const auto add_square = [&](double sign, double root, double e, double f) {
-      const double p = (v.low - root) / e, q = (v.low - root) / f, b = width / f;
-      quadratic[0].add(sign * cell.area * p * q);
-      quadratic[1].add(sign * 2 * cell.area * p * b);
-      quadratic[2].add(sign * cell.area * (width / e) * b);
-    };
-    if (d0 == d2) {
-      add_flat(d0, cell.area);
-    } else if (d0 <= v.low && v.high <= d1) {
-      add_square(1, d0, d1 - d0, d2 - d0);
-    } else if (d1 <= v.low && v.high <= d2) {
-      quadratic[0].add(cell.area);
-      add_square(-1, d2, d1 - d2, d0 - d2);
-    } else {
-      cut.push_back(cell);
-    }
-  }
-};
-
-// Area where d ≤ v, exactly, for v in given intervals. One pass over the cells.
-class AreaUpTo {
- public:
-  template <class Source>
-  AreaUpTo(const Source& cells, const std::vector<Interval>& intervals) : intervals_(intervals) {
-    const std::size_t blocks = (items_of(cells) + block - 1) / block;
-    shares_.resize(blocks);
-    for_blocks(items_of(cells), block,
-               [&](std::size_t begin, std::size_t end) { shares_[begin / block] = shares_of(cells, begin, end); });
-    total_.resize(intervals.size());
-    for (const auto& shares : shares_)
-      for (std::size_t k = 0; k < intervals.size(); ++k) {
-        for (std::size_t j = k; j < intervals.size(); ++j) total_[j].before.add(shares[k].before);
-        for (std::size_t i = 0; i < 3; ++i) total_[k].quadratic[i].add(shares[k].quadratic[i]);
-      }
-  }
-
-  /// v must lie in an interval. `holds(d)`: is the variable of a constant cell small enough?
-  template <class Holds>
-  [[nodiscard]] Growth operator()(double v, Holds&& holds) const {
-    std::size_t k = 0;
-    while (k + 1 < intervals_.size() && intervals_[k].high < v) ++k;
-    struct Sums {
-      Sum area, density;
-    };
-    const Sums sums = reduce_blocks<Sums>(
-        shares_.size(), 1,
-        [&](std::size_t b, std::size_t) {
-          Sums part;
-          for (const auto& [d, area] : shares_[b][k].flat)
-            if (holds(d)) part.area.add(area);
-          for (const Cell& cell : shares_[b][k].cut) {
-            const Growth g = growth_of_d(cell, v);
-            part.area.add(g.area);
-            part.density.add(g.density);
-          }
-          return part;
-        },
-        [](Sums& total, const Sums& part) {
-          total.area.add(part.area);
-          total.density.add(part.density);
-        });
-    const auto& [low, high] = intervals_[k];
-    const double u = (v - low) / (high - low);
-    const auto c = [&](std::size_t i) { return total_[k].quadratic[i].value(); };
-    return {total_[k].before.value() + (c(0) + u * (c(1) + u * c(2))) + sums.area.value(),
-            (c(1) + 2 * u * c(2)) / (high - low) + sums.density.value()};
-  }
-
- private:
-  template <class Source>
-  [[nodiscard]] std::vector<Share> shares_of(const Source& cells, std::size_t begin, std::size_t end) const {
-    std::vector<double> low, high;
-    for (const Interval& i : intervals_) low.push_back(i.low), high.push_back(i.high);
-    std::vector<Share> shares(low.size() + 1);
-    for_cells(cells, begin, end, [&](const Cell& unsorted) {
-      const Cell cell = sorted(unsorted);
-      std::size_t first = 0, last = 0;  // intervals that the cell reaches into
-      for (const double x : high) first += x < cell.d[0] ? 1 : 0;
-      for (const double x : low) last += x <= cell.d[2] ? 1 : 0;
-      for (std::size_t k = first; k < last; ++k) shares[k].add(cell, intervals_[k]);
-      shares[last].before.add(cell.area);
-    });
-    return shares;
-  }
-
-  const std::vector<Interval>& intervals_;
-  std::vector<std::vector<Share>> shares_;  // of each block; one interval more, for what ends behind all
-  std::vector<Share> total_;
-};
+constexpr std::size_t block = 1 << 14;
 
 // One of the cells of an item, and the area that it stands for.
-std::pair<Cell, double> cell_by_chance(const CellView& cells, std::size_t item, std::size_t) {
-  if (cells.in_domain[item] == 0) return {};
-  const Cell cell = cell_at(cells, item);
-  return {cell, cell.area};
-}
-std::pair<Cell, double> cell_by_chance(const Overlay& overlay, std::size_t item, std::size_t draw) {
-  std::pair<Cell, double> result{};
-  for_cells(overlay, item, item + 1, [&](const Cell& cell) { result.second += cell.area; });
-  double left = RandomStream(0, 1).uniform(draw) * result.second;
-  for_cells(overlay, item, item + 1, [&](const Cell& cell) {
-    if (left >= 0) result.first = cell;
-    left -= cell.area;
-  });
-  return result;
+std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, std::size_t draw) {
+  double area = 0;
+  for (const Cell& cell : cells) area += cell.area;
+  double left = RandomStream(0, 1).uniform(draw) * area;
+  std::size_t k = 0;
+  while (k + 1 < cells.size() && (left -= cells[k].area) >= 0) ++k;
+  return {cells[k], area};
 }
 
 // Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
 class Estimate {
  public:
   template <class Source>
-  explicit Estimate(const Source& cells) {
+  explicit Estimate(const Source& source) {
     constexpr std::size_t enough = 1 << 16;
-    const std::size_t n = items_of(cells), step = n / enough + 1;
+    const std::size_t n = items_of(source), step = n / enough + 1;
     const RandomStream random(0, 0);
+    std::vector<Cell> cells;
     for (std::size_t i = 0; i < n; i += step) {
       const std::size_t k =
           std::min(n - 1, i + static_cast<std::size_t>(random.uniform(3 * i) * static_cast<double>(step)));
-      const auto [cell, area] = cell_by_chance(cells, k, i);
-      if (!(area > 0)) continue;
+      cells.clear();
+      for_cells(source, k, k + 1, [&](const Cell& cell) { cells.push_back(cell); });
+      for (const Cell& cell : cells)
+        for (const double d : cell.d) largest_ = std::max(largest_, std::fabs(d));
+      if (cells.empty()) continue;
+      const auto [cell, area] = one_by_chance(cells, i);
       double s = random.uniform(3 * i + 1), t = random.uniform(3 * i + 2);
       if (s + t > 1) s = 1 - s, t = 1 - t;
       points_.emplace_back(cell.d[0] + s * (cell.d[1] - cell.d[0]) + t * (cell.d[2] - cell.d[0]), area);
@@ -201,6 +52,19 @@ class Estimate {
     double squares = 0;
     for (const auto& [d, area] : points_) area_ += area, squares += area * area;
     deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
+    complete_ = step == 1;
+  }
+
+  /// The largest |d| of the cells looked at: of all cells, if `complete()`.
+  [[nodiscard]] double largest() const { return largest_; }
+  [[nodiscard]] bool complete() const { return complete_; }
+
+  /// About the value that |d| exceeds on 1 − share of the area.
+  [[nodiscard]] double absolute_quantile(double share) const {
+    double sum = 0;
+    for (const auto& [x, area] : folded(0))
+      if ((sum += area) >= share * area_) return x;
+    return largest_;
   }
 
   /// Where the quantile lies with all likelihood.
@@ -232,7 +96,8 @@ class Estimate {
   }
 
   Points points_;
-  double area_ = 0, deviation_ = 1;
+  double area_ = 0, deviation_ = 1, largest_ = 0;
+  bool complete_ = false;
 };
 
 // A quantile on the way: its bracket, and that of its centre where this is a quantile itself.
@@ -303,69 +168,140 @@ struct Search {
   }
 };
 
-// Area up to each edge of even bins, as running sums of quadratics in the number of the edge.
-class EdgeSums {
+// What the pass over the cells looks for. Slot k holds the values of d between the edges k − 1 and k of the histogram;
+// it is quiet if no interval of a quantile reaches into it.
+class Plan {
  public:
-  EdgeSums() = default;
-  EdgeSums(double low, double high, std::size_t count)
-      : low_(low), per_unit_(static_cast<double>(count) / (high - low)), edges_(count + 1), c_(count + 2) {}
+  Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins)
+      : intervals(std::move(of_quantiles)), no_edges(-half, half, bins), quiet_(bins + 2, 1), next_(bins + 2) {
+    for (const Interval& i : intervals) {
+      const std::size_t first = slot_of(i.low), last = slot_of(i.high);
+      std::fill(quiet_.begin() + static_cast<std::ptrdiff_t>(first),
+                quiet_.begin() + static_cast<std::ptrdiff_t>(last) + 1, 0);
+      for (std::size_t k = last + 1; k < next_.size(); ++k) ++next_[k];
+    }
+  }
 
-  void add(const Cell& cell) {
-    std::array<double, 3> u = sorted(cell).d;
-    for (double& x : u) x = (x - low_) * per_unit_;
-    const std::size_t k0 = first_edge(u[0]), k1 = first_edge(u[1]), k2 = first_edge(u[2]);
-    if (k1 > k0) piece(k0, k1, 0, cell.area / ((u[1] - u[0]) * (u[2] - u[0])), u[0]);
-    if (k2 > k1) piece(k1, k2, cell.area, -cell.area / ((u[2] - u[0]) * (u[2] - u[1])), u[2]);
-    c_[k2][0] += cell.area;
-  }
-  void add(const EdgeSums& other) {
-    if (c_.empty()) {
-      *this = other;
-      return;
-    }
-    for (std::size_t k = 0; k < c_.size(); ++k)
-      for (std::size_t i = 0; i < 3; ++i) c_[k][i] += other.c_[k][i];
-  }
-  [[nodiscard]] std::vector<double> values() const {
-    std::vector<double> f(edges_);
-    std::array<Sum, 3> sum;
-    for (std::size_t k = 0; k < edges_; ++k) {
-      for (std::size_t i = 0; i < 3; ++i) sum[i].add(c_[k][i]);
-      const auto x = static_cast<double>(k);
-      f[k] = sum[0].value() + x * (sum[1].value() + x * sum[2].value());
-    }
-    return f;
-  }
+  [[nodiscard]] std::size_t slot_of(double d) const { return no_edges.edges_below(d); }
+  [[nodiscard]] std::size_t slots() const { return quiet_.size(); }
+  [[nodiscard]] bool is_quiet(std::size_t slot) const { return quiet_[slot] != 0; }
+  /// Of a quiet slot: the first interval behind it.
+  [[nodiscard]] std::size_t next_interval(std::size_t slot) const { return next_[slot]; }
+
+  const std::vector<Interval> intervals;
+  const EdgeSums no_edges;
 
  private:
-  // A piece over few edges may be steep: its coefficients would cancel. It is added edge by edge.
-  static constexpr std::size_t few_edges = 8;
+  std::vector<unsigned char> quiet_;
+  std::vector<std::size_t> next_;
+};
 
-  [[nodiscard]] std::size_t first_edge(double u) const {
-    return u <= 0 ? 0 : (u >= static_cast<double>(edges_) ? edges_ : static_cast<std::size_t>(std::ceil(u)));
-  }
-  // constant + factor · (k − root)² at the edges [from, to).
-  void piece(std::size_t from, std::size_t to, double constant, double factor, double root) {
-    if (to - from <= few_edges) {
-      for (std::size_t k = from; k < to; ++k) {
-        const double x = static_cast<double>(k) - root;
-        const double value = constant + factor * x * x;
-        c_[k][0] += value;
-        c_[k + 1][0] -= value;
-      }
+// All that a block of cells adds.
+struct Tally {
+  const Plan& plan;
+  Totals totals{};
+  EdgeSums edges = plan.no_edges;
+  Shares shares{plan.intervals};
+  std::vector<Sum> quiet = std::vector<Sum>(plan.slots());
+
+  void add(const Cell& unsorted) {
+    const Cell cell = sorted(unsorted);
+    totals.add(cell);
+    const std::size_t slot = plan.slot_of(cell.d[0]);
+    if (plan.is_quiet(slot) && plan.slot_of(cell.d[2]) == slot) {
+      quiet[slot].add(cell.area);
       return;
     }
-    const std::array<double, 3> coefficients{constant + factor * root * root, -2 * factor * root, factor};
-    for (std::size_t i = 0; i < 3; ++i) {
-      c_[from][i] += coefficients[i];
-      c_[to][i] -= coefficients[i];
+    shares.add(cell);
+    edges.add(cell);
+  }
+  void close() {
+    for (std::size_t slot = 0; slot < quiet.size(); ++slot) {
+      if (!plan.is_quiet(slot)) continue;
+      edges.add_between(slot, quiet[slot].value());
+      shares.add_between(plan.next_interval(slot), quiet[slot].value());
     }
   }
-
-  double low_ = 0, per_unit_ = 0;
-  std::size_t edges_ = 0;
-  std::vector<std::array<double, 3>> c_;
 };
+
+// What one pass over all cells gives.
+struct Pass {
+  Totals totals;
+  std::vector<double> area_up_to_edges;
+  std::vector<Shares> shares;  // of each block
+};
+
+template <class Source>
+Pass pass_over(const Source& cells, const Plan& plan) {
+  struct Sums {
+    Totals totals;
+    EdgeSums edges;
+  };
+  Pass pass;
+  pass.shares.assign((items_of(cells) + block - 1) / block, Shares(plan.intervals));
+  const Sums sums = reduce_blocks<Sums>(
+      items_of(cells), block,
+      [&](std::size_t begin, std::size_t end) {
+        Tally tally{plan};
+        for_cells(cells, begin, end, [&](const Cell& cell) { tally.add(cell); });
+        tally.close();
+        pass.shares[begin / block] = std::move(tally.shares);
+        return Sums{tally.totals, std::move(tally.edges)};
+      },
+      [](Sums& total, const Sums& part) {
+        total.totals.add(part.totals);
+        total.edges.add(part.edges);
+      });
+  pass.totals = sums.totals;
+  pass.area_up_to_edges = sums.edges.values();
+  return pass;
+}
+
+std::vector<Search> searches_for(const std::vector<Quantile>& wanted, const Estimate& estimate, double limit) {
+  std::vector<Search> searches;
+  for (Quantile q : wanted) {
+    Interval centre{q.centre, q.centre};
+    if (q.about != Quantile::nothing) {
+      centre = searches[q.about].bracket;
+      q.centre = centre.low + (centre.high - centre.low) / 2;
+    }
+    searches.push_back({q, estimate.bracket(q, limit), centre, {}});
+  }
+  return searches;
+}
+
+// Empty if all are found.
+std::vector<Interval> intervals_of(const std::vector<Search>& searches) {
+  std::vector<Interval> intervals;
+  for (const Search& s : searches)
+    if (!s.found) s.add_intervals(intervals);
+  return merged(std::move(intervals));
+}
+
+void solve(std::vector<Search>& searches, const AreaUpTo& area, double whole, double limit) {
+  for (Search& s : searches) {
+    if (s.found) continue;
+    if (s.wanted.about != Quantile::nothing) {
+      const Search& centre = searches[s.wanted.about];
+      s.centre = centre.found ? Interval{*centre.found, *centre.found} : centre.bracket;
+      s.wanted.centre = s.centre.low;
+      if (!centre.found) continue;
+    }
+    s.solve(area, s.wanted.share * whole, limit);
+  }
+}
+
+Histogram histogram_of(double half, std::vector<double> area_up_to_edges, double area) {
+  const std::size_t bins = area_up_to_edges.size() - 1;
+  const auto count = static_cast<double>(bins);
+  area_up_to_edges.front() = 0;
+  area_up_to_edges.back() = area;
+  Histogram h;
+  for (std::size_t k = 0; k <= bins; ++k) h.edges.push_back(half * (2.0 * static_cast<double>(k) - count) / count);
+  for (std::size_t k = 0; k < bins; ++k)
+    h.areas.push_back(std::max(0.0, area_up_to_edges[k + 1] - area_up_to_edges[k]));
+  return h;
+}
 
 }  // namespace
 
@@ -377,71 +313,43 @@ double area_below(const Cell& cell, double v) {
   return cell.area - cell.area * ((d2 - v) / (d2 - d0)) * ((d2 - v) / (d2 - d1));
 }
 
-template <class Source>
-Distribution<Source>::Distribution(const Source& cells, double area, double limit, const Context& context)
-    : cells_(cells), context_(context), area_(area), limit_(limit) {}
-
-template <class Source>
-std::vector<double> Distribution<Source>::area_up_to_edges(double low, double high, std::size_t count) const {
-  context_.check();
-  return reduce_blocks<EdgeSums>(
-             items_of(cells_), block,
-             [&](std::size_t begin, std::size_t end) {
-               EdgeSums part(low, high, count);
-               for_cells(cells_, begin, end, [&](const Cell& cell) { part.add(cell); });
-               return part;
-             },
-             [](EdgeSums& total, const EdgeSums& part) { total.add(part); })
-      .values();
+double bound_of_difference(const CellView& cells) {
+  double bound = 0;
+  for_cells(cells, 0, items_of(cells), [&](const Cell& cell) {
+    for (const double d : cell.d) bound = std::max(bound, std::fabs(d));
+  });
+  return bound;
 }
 
-template <class Source>
-std::vector<double> Distribution<Source>::areas_between(double low, double high, std::size_t count) const {
-  std::vector<double> edges = area_up_to_edges(low, high, count);
-  edges.front() = 0;
-  edges.back() = area_;
-  std::vector<double> areas(count);
-  for (std::size_t k = 0; k < count; ++k) areas[k] = std::max(0.0, edges[k + 1] - edges[k]);
-  return areas;
-}
+double bound_of_difference(const Overlay& overlay) { return overlay.bound_of_difference(); }
 
 template <class Source>
-std::vector<double> Distribution<Source>::quantiles(const std::vector<Quantile>& wanted) const {
-  context_.check();
-  const Estimate estimate(cells_);
-  std::vector<Search> searches;
-  for (Quantile q : wanted) {
-    Interval centre{q.centre, q.centre};
-    if (q.about != Quantile::nothing) {
-      centre = searches[q.about].bracket;
-      q.centre = centre.low + (centre.high - centre.low) / 2;
-    }
-    searches.push_back({q, estimate.bracket(q, limit_), centre, {}});
+Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins, const Context& context) {
+  context.check();
+  const Estimate estimate(cells);
+  const double limit = estimate.complete() ? estimate.largest() : bound_of_difference(cells);
+  // Wide enough for most of the area, not for the last outlier.
+  double half = std::min(estimate.largest(), 1.5 * estimate.absolute_quantile(0.99));
+  if (!(half > 0)) half = estimate.largest() > 0 ? estimate.largest() : (limit > 0 ? limit : 1);
+  std::vector<Search> searches = searches_for(wanted, estimate, limit);
+  const Plan plan(intervals_of(searches), half, bins);
+  Pass pass = pass_over(cells, plan);
+  Described result{pass.totals, {}, {}};
+  const double area = pass.totals.area.value();
+  if (!(area > 0)) return result;
+  result.histogram = pass.totals.largest() > 0 ? histogram_of(half, std::move(pass.area_up_to_edges), area)
+                                               : Histogram{{-1, 1}, {area}};
+  solve(searches, AreaUpTo(plan.intervals, std::move(pass.shares)), area, limit);
+  for (auto intervals = intervals_of(searches); !intervals.empty(); intervals = intervals_of(searches)) {
+    context.check();
+    const Plan again(std::move(intervals), half, bins);
+    solve(searches, AreaUpTo(again.intervals, pass_over(cells, again).shares), area, limit);
   }
-  for (;;) {
-    std::vector<Interval> intervals;
-    for (const Search& s : searches)
-      if (!s.found) s.add_intervals(intervals);
-    if (intervals.empty()) break;
-    intervals = merged(std::move(intervals));
-    const AreaUpTo area(cells_, intervals);
-    for (Search& s : searches) {
-      if (s.found) continue;
-      if (s.wanted.about != Quantile::nothing) {
-        const Search& centre = searches[s.wanted.about];
-        s.centre = centre.found ? Interval{*centre.found, *centre.found} : centre.bracket;
-        s.wanted.centre = s.centre.low;
-        if (!centre.found) continue;
-      }
-      s.solve(area, s.wanted.share * area_, limit_);
-    }
-  }
-  std::vector<double> found;
-  for (const Search& s : searches) found.push_back(*s.found);
-  return found;
+  for (const Search& s : searches) result.quantiles.push_back(*s.found);
+  return result;
 }
 
-template class Distribution<CellView>;
-template class Distribution<Overlay>;
+template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
+template Described describe(const Overlay&, const std::vector<Quantile>&, std::size_t, const Context&);
 
 }  // namespace isopach

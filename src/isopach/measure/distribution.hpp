@@ -3,12 +3,14 @@
 // On one cell of area A with sorted values d0 ≤ d1 ≤ d2 the area where d ≤ v is A (v−d0)²/((d1−d0)(d2−d0)) up to d1 and
 // A − A (d2−v)²/((d2−d0)(d2−d1)) from there: two quadratics. A sample of the cells tells about where a quantile lies;
 // one pass over all cells makes the area exact as a function of v there: coefficients of quadratics added up, and the
-// few cells that have a corner there kept; on those the bracket is narrowed to one double. A histogram is one pass,
-// too: coefficients are added to even bins, constant work a cell, however many bins it spans.
+// few cells that have a corner there kept; on those the bracket is narrowed to one double. A histogram comes from the
+// same pass: coefficients are added to even bins, constant work a cell, however many bins it spans. A cell within one
+// bin that no quantile lies in, as most are, only adds its area to it.
 #pragma once
 #include <vector>
 
 #include "isopach/measure/cells.hpp"
+#include "isopach/measure/totals.hpp"
 
 namespace isopach {
 
@@ -24,28 +26,21 @@ struct Quantile {
   std::size_t about = nothing;  ///< if set, the centre is the quantile of that number, one that is asked for before
 };
 
-/// Of the cells of a source, a CellView or an Overlay (see cells.hpp).
-template <class Source>
-class Distribution {
- public:
-  /// `area` of the domain, `limit` ≥ |d| everywhere, > 0.
-  Distribution(const Source& cells, double area, double limit, const Context& context);
-
-  /// One pass for all that are asked for (another one, rarely, where the sample misled). Oracle:
-  /// tests/measure/distribution_test.cpp.
-  [[nodiscard]] std::vector<double> quantiles(const std::vector<Quantile>& wanted) const;
-
-  /// Area between successive edges (even bins of [low, high]); what lies outside them is counted in the outermost bins.
-  [[nodiscard]] std::vector<double> areas_between(double low, double high, std::size_t count) const;
-
- private:
-  [[nodiscard]] std::vector<double> area_up_to_edges(double low, double high, std::size_t count) const;
-
-  const Source& cells_;
-  const Context& context_;
-  double area_, limit_;
+/// What describe() finds.
+struct Described {
+  Totals totals;
+  std::vector<double> quantiles;  ///< as they were asked for; empty if the domain is
+  Histogram histogram;            ///< even bins, symmetric round 0; what lies outside is counted in the outermost ones
 };
-extern template class Distribution<CellView>;
-extern template class Distribution<Overlay>;
+
+/// Sums, quantiles and histogram over the cells of a source, a CellView or an Overlay (see cells.hpp), in one pass
+/// (another one, rarely, where the sample misled). Half-width of the histogram: 1.5 times the 99th percentile of |d|,
+/// estimated from the sample, at most the largest |d| in it. Cost O(cells). Oracle:
+/// tests/measure/distribution_test.cpp (every cell cut at the value in question).
+template <class Source>
+[[nodiscard]] Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins,
+                                 const Context& context);
+extern template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
+extern template Described describe(const Overlay&, const std::vector<Quantile>&, std::size_t, const Context&);
 
 }  // namespace isopach

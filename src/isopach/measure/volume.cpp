@@ -10,74 +10,13 @@ namespace isopach {
 
 namespace {
 
-constexpr std::size_t block = 1 << 13;
-
-struct Totals {
-  Sum area, above, below, squares;
-  double max_above = 0, max_below = 0;
-};
-
-template <class Source>
-Totals totals_of(const Source& cells, std::size_t begin, std::size_t end) {
-  Totals t;
-  for_cells(cells, begin, end, [&](const Cell& cell) {
-    const Parts parts = split_volume(cell);
-    const auto [d0, d1, d2] = cell.d;
-    t.area.add(cell.area);
-    t.above.add(parts.above);
-    t.below.add(parts.below);
-    // ∫ d² = A/6 (Σ di² + Σ di dj) = A/12 (Σ di² + (Σ di)²)
-    t.squares.add(cell.area / 12 * (d0 * d0 + d1 * d1 + d2 * d2 + (d0 + d1 + d2) * (d0 + d1 + d2)));
-    t.max_above = std::max({t.max_above, d0, d1, d2});
-    t.max_below = std::max({t.max_below, -d0, -d1, -d2});
-  });
-  return t;
-}
-
-void combine(Totals& left, const Totals& right) {
-  left.area.add(right.area);
-  left.above.add(right.above);
-  left.below.add(right.below);
-  left.squares.add(right.squares);
-  left.max_above = std::max(left.max_above, right.max_above);
-  left.max_below = std::max(left.max_below, right.max_below);
-}
+constexpr std::size_t block = 1 << 14;
 
 // One corner of value c > 0, the others at −a ≤ −b < 0: the part above is a pyramid over the corner, the part below the
 // rest, both written as sums of positive terms.
 Parts corner_above(double area, double c, double a, double b) {
   const double scale = area / (3 * (c + a) * (c + b));
   return {scale * c * c * c, scale * (c * (a * a + a * b + b * b) + a * b * (a + b))};
-}
-
-// Half-width of the histogram: most of the area, not the last outlier.
-template <class Source>
-Histogram histogram_of(const Distribution<Source>& distribution, double p99, double largest) {
-  constexpr std::size_t count = 101;
-  const double half = p99 > 0 ? std::min(largest, 1.5 * p99) : largest;
-  Histogram h;
-  for (std::size_t k = 0; k <= count; ++k)
-    h.edges.push_back(half * (2.0 * static_cast<double>(k) - static_cast<double>(count)) / static_cast<double>(count));
-  h.areas = distribution.areas_between(-half, half, count);
-  return h;
-}
-
-template <class Source>
-void describe_distribution(const Source& cells, double area, DifferenceStatistics& d, const Context& context) {
-  const double largest = std::max(d.max_above, d.max_below);
-  if (!(largest > 0)) {  // d is 0 everywhere
-    d.histogram = {{-1, 1}, {area}};
-    return;
-  }
-  const Distribution<Source> distribution(cells, area, largest, context);
-  std::vector<Quantile> wanted{{0.5, false, 0}};
-  for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
-  wanted.push_back({0.5, true, 0, 0});  // about the median
-  const std::vector<double> found = distribution.quantiles(wanted);
-  d.median = found[0];
-  std::copy_n(found.begin() + 1, percentile_levels.size(), d.abs_percentiles.begin());
-  d.nmad = 1.4826 * found.back();
-  d.histogram = histogram_of(distribution, d.abs_percentiles[3], largest);
 }
 
 // All but the distribution.
@@ -104,14 +43,29 @@ template <class Source>
 Measures sums_over(const Source& cells, const Context& context) {
   context.check();
   return measures_of(reduce_blocks<Totals>(
-      items_of(cells), block, [&](std::size_t begin, std::size_t end) { return totals_of(cells, begin, end); },
-      combine));
+      items_of(cells), block,
+      [&](std::size_t begin, std::size_t end) {
+        Totals part;
+        for_cells(cells, begin, end, [&](const Cell& cell) { part.add(sorted(cell)); });
+        return part;
+      },
+      [](Totals& total, const Totals& part) { total.add(part); }));
 }
 
 template <class Source>
 Measures measure_all(const Source& cells, const Context& context) {
-  Measures m = sums_over(cells, context);
-  if (m.area > 0) describe_distribution(cells, m.area, m.difference, context);
+  constexpr std::size_t bins = 101;
+  std::vector<Quantile> wanted{{0.5, false, 0}};
+  for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
+  wanted.push_back({0.5, true, 0, 0});  // about the median
+  Described found = describe(cells, wanted, bins, context);
+  Measures m = measures_of(found.totals);
+  if (!(m.area > 0)) return m;
+  DifferenceStatistics& d = m.difference;
+  d.median = found.quantiles[0];
+  std::copy_n(found.quantiles.begin() + 1, percentile_levels.size(), d.abs_percentiles.begin());
+  d.nmad = 1.4826 * found.quantiles.back();
+  d.histogram = std::move(found.histogram);
   return m;
 }
 

@@ -391,6 +391,13 @@ Overlay::Overlay(const OverlayMesh& m1, const OverlayMesh& m2, const Context& co
   find_late();
 }
 
+double Overlay::bound_of_difference() const {
+  if (outer_.z.empty() || inner_.z.empty()) return 0;
+  const auto [low, high] = std::minmax_element(outer_.z.begin(), outer_.z.end());
+  const auto [low_inner, high_inner] = std::minmax_element(inner_.z.begin(), inner_.z.end());
+  return std::max(*high - *low_inner, *high_inner - *low);
+}
+
 bool Overlay::has_node_inside(Index t) const { return start_of(t) != no_index; }
 
 Index Overlay::start_of(Index t) const {

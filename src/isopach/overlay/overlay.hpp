@@ -70,6 +70,9 @@ class Overlay {
   /// Work is handed out by item: [0, items()), each an outer triangle and the cells in it.
   [[nodiscard]] std::size_t items() const { return outer_.t.real + late_.size(); }
 
+  /// A number that |z2 − z1| exceeds nowhere, from the ranges of both surfaces' heights. Cost O(nodes).
+  [[nodiscard]] double bound_of_difference() const;
+
   class Scratch;
 
   /// The cells of an item, in an order that depends on the meshes alone; valid until `scratch` is used again. Cells in

@@ -1,0 +1,230 @@
+// Sums over cells that make the area where d ≤ v exact as a function of v: in a few intervals (AreaUpTo, for quantiles)
+// and at even edges (EdgeSums, for histograms). Used by distribution.cpp alone; the formulas are in distribution.hpp.
+#pragma once
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+#include "isopach/measure/cells.hpp"
+
+namespace isopach {
+
+// Area where the variable is ≤ v, and how fast it grows with v.
+struct Growth {
+  double area = 0, density = 0;
+};
+[[nodiscard]] inline Growth growth_of_d(const Cell& cell, double v) {  // values sorted, not all equal
+  const auto [d0, d1, d2] = cell.d;
+  if (v <= d0) return {};
+  if (v >= d2) return {cell.area, 0};
+  // Ratios first: the product of two tiny differences may be no number.
+  if (v < d1) {
+    const double ratio = cell.area * ((v - d0) / (d1 - d0));
+    return {ratio * ((v - d0) / (d2 - d0)), 2 * ratio / (d2 - d0)};
+  }
+  const double ratio = cell.area * ((d2 - v) / (d2 - d1));
+  return {cell.area - ratio * ((d2 - v) / (d2 - d0)), 2 * ratio / (d2 - d0)};
+}
+
+struct Interval {
+  double low, high;
+};
+
+// Ascending and disjoint; those that overlap become one.
+[[nodiscard]] inline std::vector<Interval> merged(std::vector<Interval> intervals) {
+  std::sort(intervals.begin(), intervals.end(), [](const Interval& a, const Interval& b) { return a.low < b.low; });
+  std::vector<Interval> result;
+  for (const Interval& i : intervals) {
+    if (!result.empty() && i.low <= result.back().high)
+      result.back().high = std::max(result.back().high, i.high);
+    else
+      result.push_back(i);
+  }
+  return result;
+}
+
+// What a block of cells adds to the area where d ≤ v, for v in one interval.
+struct Share {
+  Sum before;                                   // cells that end below the interval and not below the one before it
+  std::array<Sum, 3> quadratic;                 // cells without a corner inside, in u = (v − low) / (high − low)
+  std::vector<Cell> cut;                        // cells with one
+  std::vector<std::pair<double, double>> flat;  // constant cells: value, area
+
+  void add_flat(double d, double area) {
+    if (!flat.empty() && flat.back().first == d)
+      flat.back().second += area;
+    else
+      flat.emplace_back(d, area);
+  }
+  void add(const Cell& cell, const Interval& v) {
+    const auto [d0, d1, d2] = cell.d;
+    const double width = v.high - v.low;
+    // area · (v − root)² / (e · f) with e, f not below the width: all ratios are at most 1.
+    const auto add_square = [&](double sign, double root, double e, double f) {
+      const double p = (v.low - root) / e, q = (v.low - root) / f, b = width / f;
+      quadratic[0].add(sign * cell.area * p * q);
+      quadratic[1].add(sign * 2 * cell.area * p * b);
+      quadratic[2].add(sign * cell.area * (width / e) * b);
+    };
+    if (d0 == d2) {
+      add_flat(d0, cell.area);
+    } else if (d0 <= v.low && v.high <= d1) {
+      add_square(1, d0, d1 - d0, d2 - d0);
+    } else if (d1 <= v.low && v.high <= d2) {
+      quadratic[0].add(cell.area);
+      add_square(-1, d2, d1 - d2, d0 - d2);
+    } else {
+      cut.push_back(cell);
+    }
+  }
+};
+
+// What a block of cells adds, interval by interval; one more, for what ends behind all.
+class Shares {
+ public:
+  explicit Shares(const std::vector<Interval>& intervals) : intervals_(&intervals), shares_(intervals.size() + 1) {}
+
+  void add(const Cell& cell) {        // values sorted
+    std::size_t first = 0, last = 0;  // intervals that the cell reaches into
+    for (const Interval& i : *intervals_) {
+      first += i.high < cell.d[0] ? 1 : 0;
+      last += i.low <= cell.d[2] ? 1 : 0;
+    }
+    for (std::size_t k = first; k < last; ++k) shares_[k].add(cell, (*intervals_)[k]);
+    shares_[last].before.add(cell.area);
+  }
+  /// Cells that end before interval k and not before the one before it, and reach into none.
+  void add_between(std::size_t k, double area) { shares_[k].before.add(area); }
+
+  [[nodiscard]] const Share& operator[](std::size_t k) const { return shares_[k]; }
+
+ private:
+  const std::vector<Interval>* intervals_;
+  std::vector<Share> shares_;
+};
+
+// Area where d ≤ v, exactly, for v in given intervals: from the shares of all blocks.
+class AreaUpTo {
+ public:
+  AreaUpTo(const std::vector<Interval>& intervals, std::vector<Shares> of_blocks)
+      : intervals_(intervals), shares_(std::move(of_blocks)), total_(intervals.size()) {
+    for (const Shares& shares : shares_)
+      for (std::size_t k = 0; k < intervals.size(); ++k) {
+        for (std::size_t j = k; j < intervals.size(); ++j) total_[j].before.add(shares[k].before);
+        for (std::size_t i = 0; i < 3; ++i) total_[k].quadratic[i].add(shares[k].quadratic[i]);
+      }
+  }
+
+  /// v must lie in an interval. `holds(d)`: is the variable of a constant cell small enough?
+  template <class Holds>
+  [[nodiscard]] Growth operator()(double v, Holds&& holds) const {
+    std::size_t k = 0;
+    while (k + 1 < intervals_.size() && intervals_[k].high < v) ++k;
+    struct Sums {
+      Sum area, density;
+    };
+    const Sums sums = reduce_blocks<Sums>(
+        shares_.size(), 1,
+        [&](std::size_t b, std::size_t) {
+          Sums part;
+          for (const auto& [d, area] : shares_[b][k].flat)
+            if (holds(d)) part.area.add(area);
+          for (const Cell& cell : shares_[b][k].cut) {
+            const Growth g = growth_of_d(cell, v);
+            part.area.add(g.area);
+            part.density.add(g.density);
+          }
+          return part;
+        },
+        [](Sums& total, const Sums& part) {
+          total.area.add(part.area);
+          total.density.add(part.density);
+        });
+    const auto& [low, high] = intervals_[k];
+    const double u = (v - low) / (high - low);
+    const auto c = [&](std::size_t i) { return total_[k].quadratic[i].value(); };
+    return {total_[k].before.value() + (c(0) + u * (c(1) + u * c(2))) + sums.area.value(),
+            (c(1) + 2 * u * c(2)) / (high - low) + sums.density.value()};
+  }
+
+ private:
+  const std::vector<Interval>& intervals_;
+  std::vector<Shares> shares_;
+  std::vector<Share> total_;
+};
+
+// Area up to each edge of even bins, as running sums of quadratics in the number of the edge.
+class EdgeSums {
+ public:
+  EdgeSums() = default;
+  EdgeSums(double low, double high, std::size_t count)
+      : low_(low), per_unit_(static_cast<double>(count) / (high - low)), edges_(count + 1), c_(count + 2) {}
+
+  /// The number of edges below d: grows with d.
+  [[nodiscard]] std::size_t edges_below(double d) const { return first_edge((d - low_) * per_unit_); }
+  [[nodiscard]] std::size_t edges() const { return edges_; }
+
+  void add(const Cell& cell) {  // values sorted
+    std::array<double, 3> u = cell.d;
+    for (double& x : u) x = (x - low_) * per_unit_;
+    const std::size_t k0 = first_edge(u[0]), k1 = first_edge(u[1]), k2 = first_edge(u[2]);
+    if (k1 > k0) piece(k0, k1, 0, cell.area / ((u[1] - u[0]) * (u[2] - u[0])), u[0]);
+    if (k2 > k1) piece(k1, k2, cell.area, -cell.area / ((u[2] - u[0]) * (u[2] - u[1])), u[2]);
+    c_[k2][0] += cell.area;
+  }
+  /// Cells that lie between edge k − 1 and edge k.
+  void add_between(std::size_t k, double area) { c_[k][0] += area; }
+  void add(const EdgeSums& other) {
+    if (c_.empty()) {
+      *this = other;
+      return;
+    }
+    for (std::size_t k = 0; k < c_.size(); ++k)
+      for (std::size_t i = 0; i < 3; ++i) c_[k][i] += other.c_[k][i];
+  }
+  [[nodiscard]] std::vector<double> values() const {
+    std::vector<double> f(edges_);
+    std::array<Sum, 3> sum;
+    for (std::size_t k = 0; k < edges_; ++k) {
+      for (std::size_t i = 0; i < 3; ++i) sum[i].add(c_[k][i]);
+      const auto x = static_cast<double>(k);
+      f[k] = sum[0].value() + x * (sum[1].value() + x * sum[2].value());
+    }
+    return f;
+  }
+
+ private:
+  // A piece over few edges may be steep: its coefficients would cancel. It is added edge by edge.
+  static constexpr std::size_t few_edges = 8;
+
+  [[nodiscard]] std::size_t first_edge(double u) const {
+    return u <= 0 ? 0 : (u >= static_cast<double>(edges_) ? edges_ : static_cast<std::size_t>(std::ceil(u)));
+  }
+  // constant + factor · (k − root)² at the edges [from, to).
+  void piece(std::size_t from, std::size_t to, double constant, double factor, double root) {
+    if (to - from <= few_edges) {
+      for (std::size_t k = from; k < to; ++k) {
+        const double x = static_cast<double>(k) - root;
+        const double value = constant + factor * x * x;
+        c_[k][0] += value;
+        c_[k + 1][0] -= value;
+      }
+      return;
+    }
+    const std::array<double, 3> coefficients{constant + factor * root * root, -2 * factor * root, factor};
+    for (std::size_t i = 0; i < 3; ++i) {
+      c_[from][i] += coefficients[i];
+      c_[to][i] -= coefficients[i];
+    }
+  }
+
+  double low_ = 0, per_unit_ = 0;
+  std::size_t edges_ = 0;
+  std::vector<std::array<double, 3>> c_;
+};
+
+}  // namespace isopach
