@@ -202,24 +202,23 @@ struct Tally {
   Totals totals{};
   EdgeSums edges = plan.no_edges;
   Shares shares{plan.intervals};
-  std::vector<Sum> quiet = std::vector<Sum>(plan.slots());
+  std::vector<Sum> within = std::vector<Sum>(plan.slots());  // cells within one slot
 
   void add(const Cell& unsorted) {
     const Cell cell = sorted(unsorted);
     totals.add(cell);
     const std::size_t slot = plan.slot_of(cell.d[0]);
-    if (plan.is_quiet(slot) && plan.slot_of(cell.d[2]) == slot) {
-      quiet[slot].add(cell.area);
-      return;
-    }
-    shares.add(cell);
-    edges.add(cell);
+    const bool is_within = plan.slot_of(cell.d[2]) == slot;
+    if (is_within)
+      within[slot].add(cell.area);
+    else
+      edges.add(cell);
+    if (!(is_within && plan.is_quiet(slot))) shares.add(cell);
   }
   void close() {
-    for (std::size_t slot = 0; slot < quiet.size(); ++slot) {
-      if (!plan.is_quiet(slot)) continue;
-      edges.add_between(slot, quiet[slot].value());
-      shares.add_between(plan.next_interval(slot), quiet[slot].value());
+    for (std::size_t slot = 0; slot < within.size(); ++slot) {
+      edges.add_between(slot, within[slot].value());
+      if (plan.is_quiet(slot)) shares.add_between(plan.next_interval(slot), within[slot].value());
     }
   }
 };
