@@ -59,6 +59,13 @@ class Command {
         ->group(heading_);
   }
 
+  /// The same for an option that sets more than one value.
+  template <class Read>
+  CLI::Option* option_with(const std::string& names, const std::string& type, Read read,
+                           const std::string& description) {
+    return app_.add_option_function<std::string>(names, read, description)->type_name(type)->group(heading_);
+  }
+
   /// False if --help or --version was asked for and printed. Throws UsageError with one line.
   [[nodiscard]] bool parse(const Arguments& arguments);
 

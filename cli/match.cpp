@@ -109,10 +109,57 @@ Freedom parse_freedom(const std::string& text) {
   return f;
 }
 
+struct PairLength {
+  double length = 3;
+  bool absolute = false;
+};
+PairLength parse_pair_length(const std::string& text) {
+  if (text == "none") return {0, true};
+  const bool medians = text.ends_with('x');
+  const double length = parse_number(medians ? text.substr(0, text.size() - 1) : text, "--reject-distance");
+  if (!(length > 0))
+    throw UsageError(fmt::format(
+        "--reject-distance: '{}' is not none, a length above 0, or a number of medians such as 3x", text));
+  return {length, !medians};
+}
+
+double parse_normal_angle(const std::string& text) {
+  if (text == "none") return 0;
+  const double angle = parse_number(text, "--reject-normal");
+  if (!(angle > 0 && angle <= 90))
+    throw UsageError(fmt::format("--reject-normal: '{}' is not none or an angle above 0 and up to 90 degrees", text));
+  return angle;
+}
+
+void add_pair_options(Command& command, IcpOptions& icp) {
+  command.heading("Pairs of points (icp-point, icp-plane)");
+  command.option_with("--reject-distance", "LENGTH|Nx|none", [&icp](const std::string& text) {
+    const PairLength p = parse_pair_length(text);
+    icp.reject_distance = p.length, icp.reject_distance_absolute = p.absolute;
+  }, "Longest pair: a length in the unit of the scans, or in medians of all pairs (default 3x)");
+  command.parsed("--reject-normal", "DEGREES|none", icp.reject_normal, parse_normal_angle,
+                 "Largest angle between the normals of a pair (default 45)");
+  command.choice("--reject-boundary", icp.reject_boundary, {{"on", true}, {"off", false}},
+                 "No pair with a point on the boundary of FIXED");
+  command.choice("--pair-weights", icp.weights,
+                 {{"tukey", IcpOptions::Weights::tukey}, {"uniform", IcpOptions::Weights::uniform}},
+                 "Tukey: pairs that fit badly weigh less, or nothing; uniform: all alike");
+  command.flag("--one-to-one", icp.one_to_one, "Of the pairs with one point of FIXED only the shortest");
+  command.flag("--symmetric", icp.symmetric, "Pairs sought both ways");
+}
+
 }  // namespace
 
 void add_match_options(Command& command, MatchOptions& options) {
   command.heading("Matching");
+  command.choice("--objective", options.objective,
+                 {{"measure", Objective::measure},
+                  {"icp-point", Objective::icp_point},
+                  {"icp-plane", Objective::icp_plane}},
+                 "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
+                 "the point or to the plane at it");
+  command.flag("--coarse", options.coarse,
+               "Look for a start first, from any rotation about the axis and any shift with half of a scan in common");
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the common area that is fitted; auto: all that differs no more than noise; 1: everything "
                  "(default auto)");
@@ -127,6 +174,7 @@ void add_match_options(Command& command, MatchOptions& options) {
               "The search has converged when a step moves the scan by less than this share of its extent (default "
               "1e-8)")
       ->check(positive());
+  add_pair_options(command, options.icp);
 }
 
 int run_match(const Arguments& arguments) {
@@ -147,6 +195,8 @@ int run_match(const Arguments& arguments) {
   add_match_options(command, request.options);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
+  if (!request.start.empty() && request.options.coarse)
+    throw UsageError("--start and --coarse: a start is given or looked for, not both");
   if (!request.start.empty()) request.options.start = read_pose(request.start, "--start");
 
   Run run(request.run);

@@ -1,5 +1,6 @@
 #include "isopach/distance/point_tree.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <nanoflann.hpp>
@@ -41,6 +42,30 @@ struct Nearest {
   [[nodiscard]] double worstDist() const { return best; }
   bool addPoint(double distance2, Index) {
     if (distance2 < best) best = distance2, count = 1;
+    return true;
+  }
+  void sort() {}
+};
+
+struct NearestTwo {
+  using DistanceType = double;
+  using IndexType = Index;
+  using CountType = std::size_t;
+  PointTree::Two two;
+  CountType count = 0;
+
+  [[nodiscard]] CountType size() const { return count; }
+  [[nodiscard]] bool empty() const { return count == 0; }
+  [[nodiscard]] bool full() const { return count >= 2; }
+  [[nodiscard]] double worstDist() const { return two.second2; }
+  bool addPoint(double distance2, Index i) {
+    if (distance2 < two.first2) {
+      two.second = two.first, two.second2 = two.first2;
+      two.first = i, two.first2 = distance2;
+    } else if (distance2 < two.second2) {
+      two.second = i, two.second2 = distance2;
+    }
+    ++count;
     return true;
   }
   void sort() {}
@@ -92,6 +117,24 @@ double PointTree::nearest_distance2(const Point3& p) const {
   Nearest nearest;
   if (!tree_->points.points.empty()) find(tree_->kd, nearest, p);
   return nearest.best;
+}
+
+PointTree::Two PointTree::nearest_two(const Point3& p) const {
+  NearestTwo nearest;
+  if (!tree_->points.points.empty()) find(tree_->kd, nearest, p);
+  return nearest.two;
+}
+
+void PointTree::nearest(const Point3& p, std::size_t k, std::vector<Index>& found) const {
+  k = std::min(k, tree_->points.points.size());
+  found.resize(k);
+  if (k == 0) return;
+  constexpr std::size_t room = 64;
+  double few[room];
+  std::vector<double> many(k > room ? k : 0);
+  nanoflann::KNNResultSet<double, Index> result(k);
+  result.init(found.data(), k > room ? many.data() : few);
+  find(tree_->kd, result, p);
 }
 
 void PointTree::within(const Point3& p, double radius, std::vector<Index>& found) const {

@@ -17,6 +17,18 @@ void check_options(const MatchOptions& o) {
   if (!(f.shift_x || f.shift_y || f.shift_z || f.turn_x || f.turn_y || f.turn_z || f.scale))
     throw UsageError("--freedom: no motion is left to search: allow at least one");
   if (!o.compare.pose.is_identity()) throw UsageError("--pose: a matching starts at --start and finds the pose itself");
+  const IcpOptions& icp = o.icp;
+  if (!(icp.reject_distance >= 0) || !std::isfinite(icp.reject_distance))
+    throw UsageError(fmt::format("--reject-distance: {} is no distance: a length, medians such as 3x, or none",
+                                 icp.reject_distance));
+  if (!(icp.reject_normal >= 0) || icp.reject_normal > 90)
+    throw UsageError(fmt::format("--reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none",
+                                 icp.reject_normal));
+  const bool pairs = o.objective == Objective::icp_point || o.objective == Objective::icp_plane;
+  if (!pairs && icp != IcpOptions{})
+    throw UsageError(
+        "--reject-distance, --reject-normal, --reject-boundary, --one-to-one, --symmetric and --pair-weights speak of "
+        "pairs: they need --objective icp-point or icp-plane");
 }
 
 std::array<std::string, 3> axis_names(const Frame& frame) {

@@ -7,6 +7,8 @@
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/match/checks.hpp"
+#include "isopach/match/coarse.hpp"
+#include "isopach/match/icp.hpp"
 #include "isopach/match/motion.hpp"
 #include "isopach/match/search.hpp"
 #include "isopach/match/surface.hpp"
@@ -47,20 +49,38 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   take(found, frame, b.node_of_point, m);
 }
 
+/// The objectives of pairs of points.
+void match_points(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock, const Context& context) {
+  clock.start("search");
+  Matching found = icp(moving, fixed, m.options.start, m.options, context);
+  clock.stop();
+  found.before = m.before, found.timing = m.timing;
+  m = std::move(found);
+}
+
 Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
   Matching m;
   m.options = options;
   check_options(options);
-  if (options.objective != Objective::measure || options.coarse)
-    throw UsageError("this build matches by the measure alone, from a start: objective measure, without coarse");
+  if (options.objective == Objective::currents)
+    throw UsageError("this build does not match by currents: objective measure, icp-point or icp-plane");
   stages::Clock clock(m.timing, context);
 
+  if (options.coarse) {
+    clock.start("coarse");
+    m.options.start = coarse_start(moving, fixed, options, context);
+    clock.stop();
+  }
+
   clock.start("before");
-  const Comparison before = compare_at(moving, fixed, options.start, options.compare, context);
+  const Comparison before = compare_at(moving, fixed, m.options.start, options.compare, context);
   m.before = fit_of(before);
   clock.stop();
 
-  match_surfaces(moving, fixed, m, clock, context);
+  if (options.objective == Objective::measure)
+    match_surfaces(moving, fixed, m, clock, context);
+  else
+    match_points(moving, fixed, m, clock, context);
 
   clock.start("after");
   const Comparison after = compare_at(moving, fixed, m.pose, options.compare, context);

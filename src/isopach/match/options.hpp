@@ -20,6 +20,21 @@ struct Freedom {
 /// MatchOptions::tolerance where it is 0.
 inline constexpr double default_match_tolerance = 1e-8;
 
+/// Objectives icp_point and icp_plane alone: which pairs of nearest points take part, and how much.
+struct IcpOptions {
+  /// Weight of a pair. tukey: falls from 1 to 0 with the residual (Tukey's biweight, width from the median), so that
+  /// real change does not pull; uniform: all alike, the plain sums (1) and (3).
+  enum class Weights { tukey, uniform } weights = Weights::tukey;
+  double reject_distance = 3;             ///< longest pair, in medians of all pairs' lengths; 0: any
+  bool reject_distance_absolute = false;  ///< reject_distance is a length in the unit of the scans
+  double reject_normal = 45;              ///< degrees, largest angle between the two normals; 0: any
+  bool reject_boundary = true;            ///< no pair with a point on the boundary of FIXED
+  bool one_to_one = false;                ///< of the pairs with one point of FIXED only the shortest
+  bool symmetric = false;                 ///< also pairs sought from FIXED in MOVING; E is the sum of both
+
+  friend bool operator==(const IcpOptions&, const IcpOptions&) = default;
+};
+
 struct MatchOptions {
   CompareOptions compare;  ///< scans, border and measure as in a comparison; compare.pose is not used
   Objective objective = Objective::measure;
@@ -29,6 +44,7 @@ struct MatchOptions {
   double overlap = 0;  ///< share of the common area that is fitted, in (0, 1]; 0: chosen from the data
   int max_iterations = 100;
   double tolerance = 0;  ///< step below which it has converged, as a share of the extent; 0: 1e-8
+  IcpOptions icp;
   double sigma = 0;      ///< currents: width of the kernel, unit of the scans; 0: 5 mean edges
 };
 

@@ -79,6 +79,18 @@ Json input_json(const InputSummary& in) {
           {"format", in.format}};
 }
 
+Json pairs_json(const Matching& m) {
+  if (m.options.objective != Objective::icp_point && m.options.objective != Objective::icp_plane) return nullptr;
+  const IcpOptions& o = m.options.icp;
+  const Json distance = o.reject_distance_absolute ? real(o.reject_distance) : Json(fmt::format("{}x", o.reject_distance));
+  return {{"reject_distance", o.reject_distance > 0 ? distance : Json(nullptr)},
+          {"reject_normal_deg", o.reject_normal > 0 ? real(o.reject_normal) : Json(nullptr)},
+          {"reject_boundary", o.reject_boundary},
+          {"weights", o.weights == IcpOptions::Weights::tukey ? "tukey" : "uniform"},
+          {"one_to_one", o.one_to_one},
+          {"symmetric", o.symmetric}};
+}
+
 Json parameters_json(const Matching& m) {
   const MatchOptions& o = m.options;
   const CompareOptions& c = o.compare;
@@ -98,6 +110,7 @@ Json parameters_json(const Matching& m) {
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
           {"tolerance", real(o.tolerance > 0 ? o.tolerance : default_match_tolerance)},
+          {"pairs", pairs_json(m)},
           {"border", to_text(c.border)},
           {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
           {"duplicates", to_text(c.project.duplicates)},

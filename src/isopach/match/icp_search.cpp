@@ -1,0 +1,158 @@
+#include "isopach/match/icp_search.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "isopach/base/error.hpp"
+#include "isopach/distance/vectors.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr double least_share = 0.02;        // of the queries; below it nothing holds the pose
+constexpr std::size_t least_links = 12;     // twice the freedoms
+constexpr std::size_t coarsest = 4096;      // points of the first level; each next one has 8 times more
+constexpr double same_error = 1e-6;         // relative change of E, at most
+constexpr double coarse_step = 1e-5;        // share of the radius: enough before the next level
+
+bool six_free(const Freedom& f) {
+  return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
+}
+
+Motion after(const Motion& step, const Motion& motion) {
+  Motion result;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      result.rotation[3 * i + j] = step.rotation[3 * i] * motion.rotation[j] +
+                                   step.rotation[3 * i + 1] * motion.rotation[3 + j] +
+                                   step.rotation[3 * i + 2] * motion.rotation[6 + j];
+  result.scale = step.scale * motion.scale;
+  result.shift = step.apply(motion.shift);
+  return result;
+}
+
+/// How far the step takes points at `radius` from the centre, at most about.
+double size_of(const Motion& before, const Motion& now, const Point3& centre, double radius) {
+  const Point3 place = before.undo(centre);
+  double size = length(now.apply(place) - centre);
+  double turn = 0;
+  for (std::size_t i = 0; i < 9; ++i) {
+    const double d = now.scale * now.rotation[i] - before.scale * before.rotation[i];
+    turn += d * d;
+  }
+  return size + radius * std::sqrt(turn);
+}
+
+class Search {
+ public:
+  Search(const OrientedCloud& moving, const OrientedCloud& fixed, const MatchOptions& options, const Context& context)
+      : moving_(moving),
+        fixed_(fixed),
+        o_(options),
+        context_(context),
+        plane_(options.objective == Objective::icp_plane),
+        floor_(information_floor(moving, fixed)),
+        forward_(moving, fixed, false),
+        backward_(fixed, moving, true) {}
+
+  IcpState run(const Motion& start, std::size_t finest) {
+    state_.motion = start;
+    std::vector<std::size_t> strides{finest};
+    while (moving_.points.size() / strides.back() > 2 * coarsest) strides.push_back(strides.back() * 8);
+    std::reverse(strides.begin(), strides.end());
+    pair_up(strides.front());
+    note();
+    for (const std::size_t stride : strides) level(stride, stride == finest);
+    return std::move(state_);
+  }
+
+ private:
+  void pair_up(std::size_t stride) {
+    state_.links = forward_.find(state_.motion, stride, o_.icp, o_.overlap);
+    set_weights(state_.links, o_.icp.weights, plane_);
+    const double asked = std::ceil(static_cast<double>(moving_.points.size()) / static_cast<double>(stride));
+    state_.share = static_cast<double>(state_.links.size()) / asked;
+    if (state_.share < least_share || state_.links.size() < least_links)
+      throw OverlapError(
+          fmt::format("the scans do not overlap here: {} of {:.0f} points of MOVING have a partner in FIXED that passes "
+                      "the rejections; give --start, ask for --coarse, or loosen --reject-distance",
+                      state_.links.size(), asked));
+    if (!o_.icp.symmetric) {
+      state_.information = gather(state_.links, plane_);
+      return;
+    }
+    both_ = state_.links;
+    Array<Link> back = backward_.find(state_.motion, stride, o_.icp, o_.overlap);
+    set_weights(back, o_.icp.weights, plane_);
+    both_.insert(both_.end(), back.begin(), back.end());
+    state_.information = gather(both_, plane_);
+  }
+  [[nodiscard]] const Array<Link>& links() const { return o_.icp.symmetric ? both_ : state_.links; }
+
+  [[nodiscard]] Motion next() const {
+    const Information& in = state_.information;
+    if (plane_) return moved(state_.motion, plane_step(in, o_.freedom, floor_), in.centre);
+    if (six_free(o_.freedom)) return after(point_step(links(), in, o_.freedom.scale), state_.motion);
+    return moved(state_.motion, point_twist(links(), in, o_.freedom), in.centre);
+  }
+
+  void note() { state_.history.push_back({0, std::sqrt(state_.information.error), state_.share}); }
+
+  void level(std::size_t stride, bool last) {
+    pair_up(stride);
+    const double tolerance = o_.tolerance > 0 ? o_.tolerance : default_match_tolerance;
+    int quiet = 0;
+    state_.converged = false;
+    state_.reason = fmt::format("stopped after {} iterations (--max-iterations)", o_.max_iterations);
+    while (state_.iterations < o_.max_iterations) {
+      context_.check();
+      const double error = state_.information.error, radius = state_.information.radius;
+      const Point3 centre = state_.information.centre;
+      const Motion before = state_.motion;
+      state_.motion = next();
+      ++state_.iterations;
+      pair_up(stride);
+      note();
+      const double step = size_of(before, state_.motion, centre, radius);
+      if (step <= (last ? tolerance : std::max(tolerance, coarse_step)) * radius) {
+        state_.converged = true;
+        state_.reason = "the last step was below the tolerance";
+        return;
+      }
+      // What a pair more or less changes is no progress: E is known to 1/n of itself.
+      const double noise = std::min(same_error * (last ? 1 : 100), 0.01 / state_.information.weight);
+      quiet = std::fabs(state_.information.error - error) <= noise * error ? quiet + 1 : 0;
+      if (quiet >= 2 || (!last && quiet >= 1)) {
+        state_.converged = true;
+        state_.reason = "E no longer changes";
+        return;
+      }
+    }
+  }
+
+  const OrientedCloud& moving_;
+  const OrientedCloud& fixed_;
+  const MatchOptions& o_;
+  const Context& context_;
+  bool plane_;
+  double floor_;
+  PairSearch forward_, backward_;
+  Array<Link> both_;
+  IcpState state_;
+};
+
+}  // namespace
+
+double information_floor(const OrientedCloud& moving, const OrientedCloud& fixed) {
+  constexpr double rounding = 1e-12;
+  return std::max(rounding, 2 * std::max(moving.slope_noise, fixed.slope_noise));
+}
+
+IcpState icp_search(const OrientedCloud& moving, const OrientedCloud& fixed, const Motion& start,
+                    const MatchOptions& options, std::size_t finest, const Context& context) {
+  return Search(moving, fixed, options, context).run(start, finest);
+}
+
+}  // namespace isopach

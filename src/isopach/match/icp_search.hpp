@@ -1,0 +1,30 @@
+// The loop of ICP over two oriented clouds in one frame: what icp() and the coarse start share.
+#pragma once
+#include <string>
+#include <vector>
+
+#include "isopach/match/least_squares.hpp"
+#include "isopach/match/matching.hpp"
+
+namespace isopach {
+
+struct IcpState {
+  Motion motion;
+  Information information;  ///< at `motion`
+  Array<Link> links;        ///< forward pairs of the last step
+  std::vector<MatchStep> history;
+  int iterations = 0;
+  bool converged = false;
+  std::string reason;
+  double share = 0;  ///< of the queries whose pair takes part
+};
+
+/// Smallest eigenvalue of the normal matrix that the surfaces, and not their noise, are taken to have made.
+[[nodiscard]] double information_floor(const OrientedCloud& moving, const OrientedCloud& fixed);
+
+/// From `start`, first on every k-th point, at last on all (`finest` > 1: on every finest-th). Throws OverlapError where
+/// hardly any pair is left. Cost: O(log n) a point and step, less once the steps are small.
+[[nodiscard]] IcpState icp_search(const OrientedCloud& moving, const OrientedCloud& fixed, const Motion& start,
+                                  const MatchOptions& options, std::size_t finest, const Context& context);
+
+}  // namespace isopach

@@ -1,0 +1,189 @@
+#include "isopach/match/oriented.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/distance/vectors.hpp"
+#include "isopach/field/filter.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr std::size_t normal_block = 256;
+constexpr double open_side = 0.8 * std::numbers::pi;
+constexpr std::size_t least_neighbours = 4;
+
+/// 21 bits spread to every third place.
+std::uint64_t spread(std::uint64_t x) {
+  x &= 0x1fffff;
+  x = (x | x << 32) & 0x1f00000000ffff;
+  x = (x | x << 16) & 0x1f0000ff0000ff;
+  x = (x | x << 8) & 0x100f00f00f00f00f;
+  x = (x | x << 4) & 0x10c30c30c30c30c3;
+  return (x | x << 2) & 0x1249249249249249;
+}
+
+struct Placed {
+  std::uint64_t key;
+  Point3 p;
+  Index id;
+};
+
+bool before(const Placed& a, const Placed& b) {
+  if (a.key != b.key) return a.key < b.key;
+  if (a.p.x != b.p.x) return a.p.x < b.p.x;
+  if (a.p.y != b.p.y) return a.p.y < b.p.y;
+  return a.p.z != b.p.z ? a.p.z < b.p.z : a.id < b.id;
+}
+
+/// Halves side by side, then merged: the order is total, so the result does not depend on how it was reached.
+void sort_placed(Placed* begin, Placed* end, int depth) {
+  if (depth == 0 || end - begin < 8192) return std::sort(begin, end, before);
+  Placed* middle = begin + (end - begin) / 2;
+  both([&] { sort_placed(begin, middle, depth - 1); }, [&] { sort_placed(middle, end, depth - 1); });
+  std::inplace_merge(begin, middle, end, before);
+}
+
+Array<Placed> kept_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project) {
+  const Filter filter(cloud, pose, project);
+  check_size(cloud, filter.size(), max_nodes, "points");
+  Array<Placed> placed;
+  placed.reserve(filter.size());
+  for (std::size_t i = 0; i < filter.size(); ++i) {
+    const Point3 p = filter.posed(i);
+    if (filter.fate(i, p) == Filter::Fate::kept) placed.push_back({0, frame.to_field(p), static_cast<Index>(i)});
+  }
+  if (placed.empty()) require_points(cloud, count_dropped(filter));
+  return placed;
+}
+
+/// Cubes of side `cube`, or 2^21 of them along the longest side.
+void set_keys(Array<Placed>& placed, double cube) {
+  Box3 box;
+  for (const Placed& q : placed) box.add(q.p);
+  const double side = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+  constexpr double most = 0x1p21 - 1;
+  double scale = side > 0 ? most / side : 0;
+  if (cube > 0) scale = std::min(scale, 1 / cube);
+  for_each_index(placed.size(), [&](std::size_t i) {
+    const Point3 d = placed[i].p - box.min;
+    placed[i].key = spread(static_cast<std::uint64_t>(d.x * scale)) |
+                    spread(static_cast<std::uint64_t>(d.y * scale)) << 1 |
+                    spread(static_cast<std::uint64_t>(d.z * scale)) << 2;
+  });
+}
+
+/// Fits planes; keeps its room from point to point.
+class Fitter {
+ public:
+  explicit Fitter(const OrientedCloud& cloud) : cloud_(cloud) {}
+
+  struct Plane {
+    Point3 normal{0, 0, 0};
+    bool boundary = true;
+    double slope_noise = 0, roughness = 0;
+  };
+  Plane fit(std::size_t i) {
+    Plane plane;
+    cloud_.tree->nearest(cloud_.points[i], normal_neighbours, found_);
+    if (found_.size() < least_neighbours) return plane;
+    const Point3 centre = cloud_.points[i];
+    const auto n = static_cast<double>(found_.size());
+    Point3 mean{0, 0, 0};
+    for (const Index k : found_) mean = mean + (cloud_.points[k] - centre);
+    mean = (1 / n) * mean;
+    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
+    for (const Index k : found_) {
+      const Point3 d = (cloud_.points[k] - centre) - mean;
+      scatter(0, 0) += d.x * d.x, scatter(1, 0) += d.x * d.y, scatter(1, 1) += d.y * d.y;
+      scatter(2, 0) += d.x * d.z, scatter(2, 1) += d.y * d.z, scatter(2, 2) += d.z * d.z;
+    }
+    solver_.compute(scatter);
+    const auto& sizes = solver_.eigenvalues();
+    constexpr double line = 1e-12;
+    if (!(sizes[1] > line * sizes[2])) return plane;
+    const Point3 across = axis(0), along = axis(2), beside = axis(1);
+    plane.normal = across;
+    plane.boundary = is_open(centre, along, beside);
+    const double noise2 = std::max(0.0, sizes[0]) / (n - 3);
+    plane.slope_noise = noise2 / sizes[1];
+    plane.roughness = std::sqrt(noise2);
+    return plane;
+  }
+
+ private:
+  [[nodiscard]] Point3 axis(int k) const {
+    const auto& v = solver_.eigenvectors();
+    return {v(0, k), v(1, k), v(2, k)};
+  }
+  bool is_open(const Point3& centre, const Point3& along, const Point3& beside) {
+    angles_.clear();
+    for (const Index k : found_) {
+      const Point3 d = cloud_.points[k] - centre;
+      const double x = dot(d, along), y = dot(d, beside);
+      if (x != 0 || y != 0) angles_.push_back(std::atan2(y, x));
+    }
+    if (angles_.empty()) return true;
+    std::sort(angles_.begin(), angles_.end());
+    double widest = angles_.front() + 2 * std::numbers::pi - angles_.back();
+    for (std::size_t i = 1; i < angles_.size(); ++i) widest = std::max(widest, angles_[i] - angles_[i - 1]);
+    return widest > open_side;
+  }
+
+  const OrientedCloud& cloud_;
+  std::vector<Index> found_;
+  std::vector<double> angles_;
+  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver_;
+};
+
+double median(Array<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project,
+                           double thin, const Context& context) {
+  context.check();
+  Array<Placed> placed = kept_points(cloud, pose, frame, project);
+  set_keys(placed, thin);
+  sort_placed(placed.data(), placed.data() + placed.size(), 3);
+  if (thin > 0)
+    placed.erase(std::unique(placed.begin(), placed.end(),
+                             [](const Placed& a, const Placed& b) { return a.key == b.key; }),
+                 placed.end());
+  OrientedCloud result;
+  result.points.resize(placed.size());
+  result.ids.resize(placed.size());
+  for_each_index(placed.size(), [&](std::size_t i) { result.points[i] = placed[i].p, result.ids[i] = placed[i].id; });
+  return result;
+}
+
+void orient(OrientedCloud& cloud, const Context& context) {
+  context.check();
+  const std::size_t n = cloud.points.size();
+  cloud.tree = std::make_unique<PointTree>(cloud.points);
+  cloud.normals.resize(n);
+  cloud.boundary.resize(n);
+  Array<double> slope_noise(n), roughness(n);
+  for_blocks(n, normal_block, [&](std::size_t begin, std::size_t end) {
+    Fitter fitter(cloud);
+    for (std::size_t i = begin; i < end; ++i) {
+      const Fitter::Plane plane = fitter.fit(i);
+      cloud.normals[i] = plane.normal;
+      cloud.boundary[i] = plane.boundary ? 1 : 0;
+      slope_noise[i] = plane.slope_noise;
+      roughness[i] = plane.roughness;
+    }
+  });
+  cloud.slope_noise = median(slope_noise);
+  cloud.roughness = median(roughness);
+}
+
+}  // namespace isopach

@@ -1,0 +1,41 @@
+// OrientedCloud: the points of a scan in frame coordinates, in an order of their own, with a k-d tree, normals and the
+// boundary. What ICP and the coarse start look for pairs in.
+#pragma once
+#include <memory>
+
+#include "isopach/base/array.hpp"
+#include "isopach/base/context.hpp"
+#include "isopach/cloud/cloud.hpp"
+#include "isopach/distance/point_tree.hpp"
+#include "isopach/field/height_field.hpp"
+
+namespace isopach {
+
+struct OrientedCloud {
+  Array<Point3> points;            ///< frame coordinates, Morton order: a function of the set of points
+  Array<Index> ids;                ///< of each in its Cloud
+  Array<Point3> normals;           ///< length 1, of either sign; (0, 0, 0) where the neighbours lie on a line
+  Array<unsigned char> boundary;   ///< 1 where the neighbours leave a side open
+  std::unique_ptr<PointTree> tree;
+  double slope_noise = 0;          ///< variance (rad²) of a normal that noise alone gives, median over the points
+  double roughness = 0;            ///< distance of the neighbours from the plane, RMS, median over the points
+
+  OrientedCloud() = default;
+  OrientedCloud(OrientedCloud&&) = default;  // the tree points into `points`, whose memory moves along
+  OrientedCloud& operator=(OrientedCloud&&) = default;
+};
+
+/// Neighbours that a normal is fitted to, the point included.
+inline constexpr std::size_t normal_neighbours = 16;
+
+/// The kept points of a cloud (project: classes, crop, not finite ones) after `pose`, without normals. `thin` > 0 keeps
+/// one point per cube of that side: the first in the order. Cost O(n log n).
+[[nodiscard]] OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
+                                         const ProjectOptions& project, double thin, const Context& context);
+
+/// Tree, normals by total least squares over the nearest neighbours (Hoppe et al. 1992, section 3.1), and boundary:
+/// where, seen along the normal, the neighbours leave an angle of more than 144° open. Cost O(n log n); the same bits
+/// for any number of threads. Test: tests/match/oriented_test.cpp.
+void orient(OrientedCloud& cloud, const Context& context);
+
+}  // namespace isopach
