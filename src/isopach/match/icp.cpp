@@ -68,11 +68,11 @@ Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const M
   m.reason = found.reason;
   m.history = found.history;
   m.overlap = found.share;
-  const Information& in = found.information;
+  const PairInformation& in = found.information;
   const double count = in.weight / (options.icp.symmetric ? 2 : 1);  // both ways see the same noise
   const double sigma2 = in.error * count / std::max(1.0, count - freedoms);
   m.covariance = to_input_axes(
-      covariance(in, sigma2, count, information_floor(b, a), axis_names(frame), m.weak_directions), frame.rotation);
+      pair_covariance(in, sigma2, count, information_floor(b, a), axis_names(frame), m.weak_directions), frame.rotation);
   m.centre = frame.to_input(in.centre);
   m.stable.assign(moving.points.size(), 0);
   for (const Link& link : found.links) m.stable[b.ids[link.query]] = 1;

@@ -80,19 +80,19 @@ class Search {
                       "the rejections; give --start, ask for --coarse, or loosen --reject-distance",
                       state_.links.size(), asked));
     if (!o_.icp.symmetric) {
-      state_.information = gather(state_.links, plane_);
+      state_.information = pair_information(state_.links, plane_);
       return;
     }
     both_ = state_.links;
     Array<Link> back = backward_.find(state_.motion, stride, o_.icp, o_.overlap);
     set_weights(back, o_.icp.weights, plane_);
     both_.insert(both_.end(), back.begin(), back.end());
-    state_.information = gather(both_, plane_);
+    state_.information = pair_information(both_, plane_);
   }
   [[nodiscard]] const Array<Link>& links() const { return o_.icp.symmetric ? both_ : state_.links; }
 
   [[nodiscard]] Motion next() const {
-    const Information& in = state_.information;
+    const PairInformation& in = state_.information;
     if (plane_) return moved(state_.motion, plane_step(in, o_.freedom, floor_), in.centre);
     if (six_free(o_.freedom)) return after(point_step(links(), in, o_.freedom.scale), state_.motion);
     return moved(state_.motion, point_twist(links(), in, o_.freedom), in.centre);

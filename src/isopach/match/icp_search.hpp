@@ -10,7 +10,7 @@ namespace isopach {
 
 struct IcpState {
   Motion motion;
-  Information information;  ///< at `motion`
+  PairInformation information;  ///< at `motion`
   Array<Link> links;        ///< forward pairs of the last step
   std::vector<MatchStep> history;
   int iterations = 0;

@@ -80,8 +80,8 @@ std::string motion_words(const Eigen::Matrix<double, 6, 1>& v, const std::array<
 
 }  // namespace
 
-Information gather(std::span<const Link> links, bool plane) {
-  Information in;
+PairInformation pair_information(std::span<const Link> links, bool plane) {
+  PairInformation in;
   const auto mean = sums<4>(links, [](const Link& l, auto& s) {
     s[0] += l.weight;
     s[1] += l.weight * l.moving.x, s[2] += l.weight * l.moving.y, s[3] += l.weight * l.moving.z;
@@ -116,13 +116,13 @@ Information gather(std::span<const Link> links, bool plane) {
   return in;
 }
 
-Twist plane_step(const Information& in, const Freedom& freedom, double floor) {
+Twist plane_step(const PairInformation& in, const Freedom& freedom, double floor) {
   const Matrix7 m = Eigen::Map<const Matrix7>(in.normal.data());
   const Vector7 g = -Eigen::Map<const Vector7>(in.gradient.data());
   return to_twist(solve(m, g, freedom, floor), in.radius);
 }
 
-Motion point_step(std::span<const Link> links, const Information& in, bool scale) {
+Motion point_step(std::span<const Link> links, const PairInformation& in, bool scale) {
   const Point3 c = in.centre;
   const auto s = sums<13>(links, [&](const Link& l, auto& t) {
     const Point3 p = l.moving - c, q = l.fixed - c;
@@ -150,7 +150,7 @@ Motion point_step(std::span<const Link> links, const Information& in, bool scale
   return motion;
 }
 
-Twist point_twist(std::span<const Link> links, const Information& in, const Freedom& freedom) {
+Twist point_twist(std::span<const Link> links, const PairInformation& in, const Freedom& freedom) {
   Matrix7 m = Matrix7::Zero();
   Vector7 g = Vector7::Zero();
   const double scale = 1 / in.radius;
@@ -171,7 +171,7 @@ Twist point_twist(std::span<const Link> links, const Information& in, const Free
   return to_twist(solve(m / in.weight, g / in.weight, freedom, rounding), in.radius);
 }
 
-std::array<double, 36> covariance(const Information& in, double sigma2, double count, double floor,
+std::array<double, 36> pair_covariance(const PairInformation& in, double sigma2, double count, double floor,
                                   const std::array<std::string, 3>& axes, std::vector<std::string>& directions) {
   const Matrix7 all = Eigen::Map<const Matrix7>(in.normal.data());
   const Eigen::Matrix<double, 6, 6> m = all.topLeftCorner<6, 6>();
