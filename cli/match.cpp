@@ -118,8 +118,8 @@ PairLength parse_pair_length(const std::string& text) {
   const bool medians = text.ends_with('x');
   const double length = parse_number(medians ? text.substr(0, text.size() - 1) : text, "--reject-distance");
   if (!(length > 0))
-    throw UsageError(fmt::format(
-        "--reject-distance: '{}' is not none, a length above 0, or a number of medians such as 3x", text));
+    throw UsageError(
+        fmt::format("--reject-distance: '{}' is not none, a length above 0, or a number of medians such as 3x", text));
   return {length, !medians};
 }
 
@@ -133,10 +133,13 @@ double parse_normal_angle(const std::string& text) {
 
 void add_pair_options(Command& command, IcpOptions& icp) {
   command.heading("Pairs of points (icp-point, icp-plane)");
-  command.option_with("--reject-distance", "LENGTH|Nx|none", [&icp](const std::string& text) {
-    const PairLength p = parse_pair_length(text);
-    icp.reject_distance = p.length, icp.reject_distance_absolute = p.absolute;
-  }, "Longest pair: a length in the unit of the scans, or in medians of all pairs (default 3x)");
+  command.option_with(
+      "--reject-distance", "LENGTH|Nx|none",
+      [&icp](const std::string& text) {
+        const PairLength p = parse_pair_length(text);
+        icp.reject_distance = p.length, icp.reject_distance_absolute = p.absolute;
+      },
+      "Longest pair: a length in the unit of the scans, or in medians of all pairs (default 3x)");
   command.parsed("--reject-normal", "DEGREES|none", icp.reject_normal, parse_normal_angle,
                  "Largest angle between the normals of a pair (default 45)");
   command.choice("--reject-boundary", icp.reject_boundary, {{"on", true}, {"off", false}},
@@ -152,12 +155,11 @@ void add_pair_options(Command& command, IcpOptions& icp) {
 
 void add_match_options(Command& command, MatchOptions& options) {
   command.heading("Matching");
-  command.choice("--objective", options.objective,
-                 {{"measure", Objective::measure},
-                  {"icp-point", Objective::icp_point},
-                  {"icp-plane", Objective::icp_plane}},
-                 "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
-                 "the point or to the plane at it");
+  command.choice(
+      "--objective", options.objective,
+      {{"measure", Objective::measure}, {"icp-point", Objective::icp_point}, {"icp-plane", Objective::icp_plane}},
+      "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
+      "the point or to the plane at it");
   command.flag("--coarse", options.coarse,
                "Look for a start first, from any rotation about the axis and any shift with half of a scan in common");
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,

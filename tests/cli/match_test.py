@@ -91,6 +91,52 @@ class Options(MatchCli):
             self.assertIn(option, self.run_cli("match", "moving.xyz", "fixed.xyz", *words, code=2).stderr)
         self.assertIn("--start", self.run_cli("match", "moving.xyz", "fixed.xyz", "--start", "none.txt", code=3).stderr)
 
+    def test_objectives(self):
+        measure = self.match()
+        self.assertEqual(measure["objective"], "measure")
+        self.assertIsNone(measure["parameters"]["pairs"])
+        for objective in ["icp-point", "icp-plane"]:
+            m = self.match("--objective", objective)
+            self.assertEqual(m["objective"], objective)
+            self.assertTrue(m["converged"])
+            self.assertAlmostEqual(m["pose"]["matrix"][0][3], measure["pose"]["matrix"][0][3], delta=0.3)
+            self.assertIsNone(m["history"][0]["rho"])
+            self.assertLess(m["history"][-1]["rms"], m["history"][0]["rms"])
+        run = self.run_cli("match", "moving.xyz", "fixed.xyz", "--objective", "guess", code=2)
+        self.assertIn("--objective", run.stderr)
+
+    def test_options_of_pairs_act(self):
+        icp = ("--objective", "icp-plane")
+        plain = self.match(*icp)
+        for words, name, value in [
+            (("--reject-distance", "2x"), "reject_distance", "2x"),
+            (("--reject-distance", "0.3"), "reject_distance", 0.3),
+            (("--reject-distance", "none"), "reject_distance", None),
+            (("--reject-normal", "10"), "reject_normal_deg", 10),
+            (("--reject-normal", "none"), "reject_normal_deg", None),
+            (("--reject-boundary", "off"), "reject_boundary", False),
+            (("--pair-weights", "uniform"), "weights", "uniform"),
+            (("--one-to-one",), "one_to_one", True),
+            (("--symmetric",), "symmetric", True),
+        ]:
+            m = self.match(*icp, *words)
+            self.assertEqual(m["parameters"]["pairs"][name], value)
+            if words[-1] != "none":  # what is never rejected cannot be loosened
+                self.assertNotEqual(m["history"], plain["history"], words)
+
+    def test_wrong_options_of_pairs_are_named(self):
+        for words in [
+            ("--reject-distance", "-1"),
+            ("--reject-distance", "0x"),
+            ("--reject-normal", "95"),
+            ("--reject-boundary", "maybe"),
+            ("--pair-weights", "some"),
+        ]:
+            run = self.run_cli("match", "moving.xyz", "fixed.xyz", "--objective", "icp-plane", *words, code=2)
+            self.assertIn(words[0], run.stderr)
+        run = self.run_cli("match", "moving.xyz", "fixed.xyz", "--symmetric", code=2)
+        self.assertIn("--symmetric", run.stderr)
+
     def test_exit_codes(self):
         self.write("far.xyz", scan(2, 500.0))
         self.assertIn("overlap", self.run_cli("match", "far.xyz", "fixed.xyz", code=4).stderr)

@@ -44,12 +44,41 @@ TEST(PointTree, NearestAndWithinAreThoseOfEveryPoint) {
   }
 }
 
+TEST(PointTree, NearestTwoAndMoreAreThoseOfEveryPoint) {
+  for (const std::size_t n : {1u, 2u, 13u, 700u}) {
+    const std::vector<Point3> points = lattice(n, n);
+    const PointTree tree(points);
+    test::Random random(4);
+    for (int i = 0; i < 100; ++i) {
+      const Point3 p{random.uniform(-3, 12), random.uniform(-3, 12), static_cast<double>(random.below(9))};
+      std::vector<double> all;
+      for (const Point3& q : points) all.push_back(distance2(p, q));
+      std::sort(all.begin(), all.end());
+      const PointTree::Two two = tree.nearest_two(p);
+      EXPECT_DOUBLE_EQ(two.first2, all[0]);
+      EXPECT_DOUBLE_EQ(distance2(p, points[two.first]), all[0]);
+      EXPECT_EQ(two.second == no_index, n == 1);
+      if (n > 1) EXPECT_DOUBLE_EQ(distance2(p, points[two.second]), all[1]);
+      if (n > 1) EXPECT_NE(two.first, two.second);
+      for (const std::size_t k : {3u, 16u, 100u}) {
+        std::vector<Index> found{7};
+        tree.nearest(p, k, found);
+        ASSERT_EQ(found.size(), std::min(k, n));
+        for (std::size_t j = 0; j < found.size(); ++j) EXPECT_DOUBLE_EQ(distance2(p, points[found[j]]), all[j]);
+      }
+    }
+  }
+}
+
 TEST(PointTree, WithoutPoints) {
   const PointTree tree({});
   std::vector<Index> found;
   tree.within({0, 0, 0}, 1, found);
   EXPECT_TRUE(found.empty());
   EXPECT_EQ(tree.nearest_distance2({0, 0, 0}), std::numeric_limits<double>::infinity());
+  EXPECT_EQ(tree.nearest_two({0, 0, 0}).first, no_index);
+  tree.nearest({0, 0, 0}, 3, found);
+  EXPECT_TRUE(found.empty());
 }
 
 }  // namespace

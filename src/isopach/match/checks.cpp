@@ -22,8 +22,8 @@ void check_options(const MatchOptions& o) {
     throw UsageError(fmt::format("--reject-distance: {} is no distance: a length, medians such as 3x, or none",
                                  icp.reject_distance));
   if (!(icp.reject_normal >= 0) || icp.reject_normal > 90)
-    throw UsageError(fmt::format("--reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none",
-                                 icp.reject_normal));
+    throw UsageError(fmt::format(
+        "--reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none", icp.reject_normal));
   const bool pairs = o.objective == Objective::icp_point || o.objective == Objective::icp_plane;
   if (!pairs && icp != IcpOptions{})
     throw UsageError(

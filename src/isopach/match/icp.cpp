@@ -30,10 +30,9 @@ Box3 box_of(const Array<Point3>& points) {
 void check_boxes(const OrientedCloud& moving, const OrientedCloud& fixed) {
   const Box3 a = box_of(moving.points), b = box_of(fixed.points);
   const double slack = 0.01 * std::max({a.max.x - a.min.x, a.max.y - a.min.y, a.max.z - a.min.z});
-  const bool apart = a.min.x > b.max.x + slack || b.min.x > a.max.x + slack || a.min.y > b.max.y + slack ||
-                     b.min.y > a.max.y + slack;
-  if (apart)
-    throw OverlapError("the scans do not overlap at the start: give --start, or let --coarse look for one");
+  const bool apart =
+      a.min.x > b.max.x + slack || b.min.x > a.max.x + slack || a.min.y > b.max.y + slack || b.min.y > a.max.y + slack;
+  if (apart) throw OverlapError("the scans do not overlap at the start: give --start, or let --coarse look for one");
 }
 
 /// rᵀ · block · r for the four 3×3 blocks.
@@ -71,8 +70,9 @@ Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const M
   const PairInformation& in = found.information;
   const double count = in.weight / (options.icp.symmetric ? 2 : 1);  // both ways see the same noise
   const double sigma2 = in.error * count / std::max(1.0, count - freedoms);
-  m.covariance = to_input_axes(
-      pair_covariance(in, sigma2, count, information_floor(b, a), axis_names(frame), m.weak_directions), frame.rotation);
+  m.covariance =
+      to_input_axes(pair_covariance(in, sigma2, count, information_floor(b, a), axis_names(frame), m.weak_directions),
+                    frame.rotation);
   m.centre = frame.to_input(in.centre);
   m.stable.assign(moving.points.size(), 0);
   for (const Link& link : found.links) m.stable[b.ids[link.query]] = 1;

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "isopach/base/error.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -11,15 +12,13 @@
 namespace isopach {
 namespace {
 
-constexpr double least_share = 0.02;        // of the queries; below it nothing holds the pose
-constexpr std::size_t least_links = 12;     // twice the freedoms
-constexpr std::size_t coarsest = 4096;      // points of the first level; each next one has 8 times more
-constexpr double same_error = 1e-6;         // relative change of E, at most
-constexpr double coarse_step = 1e-5;        // share of the radius: enough before the next level
+constexpr double least_share = 0.02;     // of the queries; below it nothing holds the pose
+constexpr std::size_t least_links = 12;  // twice the freedoms
+constexpr std::size_t coarsest = 4096;   // points of the first level; each next one has 8 times more
+constexpr double same_error = 1e-6;      // relative change of E, at most
+constexpr double coarse_step = 1e-5;     // share of the radius: enough before the next level
 
-bool six_free(const Freedom& f) {
-  return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
-}
+bool six_free(const Freedom& f) { return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z; }
 
 Motion after(const Motion& step, const Motion& motion) {
   Motion result;
@@ -75,10 +74,10 @@ class Search {
     const double asked = std::ceil(static_cast<double>(moving_.points.size()) / static_cast<double>(stride));
     state_.share = static_cast<double>(state_.links.size()) / asked;
     if (state_.share < least_share || state_.links.size() < least_links)
-      throw OverlapError(
-          fmt::format("the scans do not overlap here: {} of {:.0f} points of MOVING have a partner in FIXED that passes "
-                      "the rejections; give --start, ask for --coarse, or loosen --reject-distance",
-                      state_.links.size(), asked));
+      throw OverlapError(fmt::format(
+          "the scans do not overlap here: {} of {:.0f} points of MOVING have a partner in FIXED that passes "
+          "the rejections; give --start, ask for --coarse, or loosen --reject-distance",
+          state_.links.size(), asked));
     if (!o_.icp.symmetric) {
       state_.information = pair_information(state_.links, plane_);
       return;
@@ -98,7 +97,10 @@ class Search {
     return moved(state_.motion, point_twist(links(), in, o_.freedom), in.centre);
   }
 
-  void note() { state_.history.push_back({0, std::sqrt(state_.information.error), state_.share}); }
+  void note() {
+    state_.history.push_back(
+        {std::numeric_limits<double>::quiet_NaN(), std::sqrt(state_.information.error), state_.share});
+  }
 
   void level(std::size_t stride, bool last) {
     pair_up(stride);

@@ -11,7 +11,7 @@ namespace isopach {
 struct IcpState {
   Motion motion;
   PairInformation information;  ///< at `motion`
-  Array<Link> links;        ///< forward pairs of the last step
+  Array<Link> links;            ///< forward pairs of the last step
   std::vector<MatchStep> history;
   int iterations = 0;
   bool converged = false;
@@ -22,8 +22,8 @@ struct IcpState {
 /// Smallest eigenvalue of the normal matrix that the surfaces, and not their noise, are taken to have made.
 [[nodiscard]] double information_floor(const OrientedCloud& moving, const OrientedCloud& fixed);
 
-/// From `start`, first on every k-th point, at last on all (`finest` > 1: on every finest-th). Throws OverlapError where
-/// hardly any pair is left. Cost: O(log n) a point and step, less once the steps are small.
+/// From `start`, first on every k-th point, at last on all (`finest` > 1: on every finest-th). Throws OverlapError
+/// where hardly any pair is left. Cost: O(log n) a point and step, less once the steps are small.
 [[nodiscard]] IcpState icp_search(const OrientedCloud& moving, const OrientedCloud& fixed, const Motion& start,
                                   const MatchOptions& options, std::size_t finest, const Context& context);
 

@@ -90,9 +90,8 @@ PairInformation pair_information(std::span<const Link> links, bool plane) {
   if (!(in.weight > 0)) return in;
   in.centre = {mean[1] / in.weight, mean[2] / in.weight, mean[3] / in.weight};
   const Point3 centre = in.centre;
-  const double radius2 = sums<1>(links, [&](const Link& l, auto& s) {
-    s[0] += l.weight * squared_length(l.moving - centre);
-  })[0];
+  const double radius2 =
+      sums<1>(links, [&](const Link& l, auto& s) { s[0] += l.weight * squared_length(l.moving - centre); })[0];
   if (radius2 > 0) in.radius = std::sqrt(radius2 / in.weight);
   const double scale = 1 / in.radius;
   const auto total = sums<36>(links, [&](const Link& l, auto& s) {
@@ -172,7 +171,7 @@ Twist point_twist(std::span<const Link> links, const PairInformation& in, const 
 }
 
 std::array<double, 36> pair_covariance(const PairInformation& in, double sigma2, double count, double floor,
-                                  const std::array<std::string, 3>& axes, std::vector<std::string>& directions) {
+                                       const std::array<std::string, 3>& axes, std::vector<std::string>& directions) {
   const Matrix7 all = Eigen::Map<const Matrix7>(in.normal.data());
   const Eigen::Matrix<double, 6, 6> m = all.topLeftCorner<6, 6>();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(m);

@@ -30,13 +30,14 @@ struct PairInformation {
 [[nodiscard]] Motion point_step(std::span<const Link> links, const PairInformation& information, bool scale);
 
 /// The same for fewer freedoms: one Gauss–Newton step of (1).
-[[nodiscard]] Twist point_twist(std::span<const Link> links, const PairInformation& information, const Freedom& freedom);
+[[nodiscard]] Twist point_twist(std::span<const Link> links, const PairInformation& information,
+                                const Freedom& freedom);
 
 /// Turn and shift, 6×6 row-major, axes of the frame: σ² times the inverse of the normal matrix, with σ² from the
 /// residuals as if the pairs were independent. Along motions that are not determined the deviation is that of the
 /// radius itself, no more. `directions` receives the weak ones, in words.
 [[nodiscard]] std::array<double, 36> pair_covariance(const PairInformation& information, double sigma2, double count,
-                                                double floor, const std::array<std::string, 3>& axes,
-                                                std::vector<std::string>& directions);
+                                                     double floor, const std::array<std::string, 3>& axes,
+                                                     std::vector<std::string>& directions);
 
 }  // namespace isopach

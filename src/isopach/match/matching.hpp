@@ -11,7 +11,7 @@ namespace isopach {
 
 /// One accepted state of the search, the start included.
 struct MatchStep {
-  double rho = 0;    ///< objective measure, currents: its value
+  double rho = 0;    ///< objective measure, currents: its value; icp: NaN
   double rms = 0;    ///< of the residuals that take part
   double share = 1;  ///< of the common area (icp: of the pairs) that takes part
 };

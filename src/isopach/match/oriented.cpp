@@ -155,9 +155,9 @@ OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& fr
   set_keys(placed, thin);
   sort_placed(placed.data(), placed.data() + placed.size(), 3);
   if (thin > 0)
-    placed.erase(std::unique(placed.begin(), placed.end(),
-                             [](const Placed& a, const Placed& b) { return a.key == b.key; }),
-                 placed.end());
+    placed.erase(
+        std::unique(placed.begin(), placed.end(), [](const Placed& a, const Placed& b) { return a.key == b.key; }),
+        placed.end());
   OrientedCloud result;
   result.points.resize(placed.size());
   result.ids.resize(placed.size());

@@ -28,8 +28,8 @@ class PairSearch {
 
  private:
   struct Memory {
-    Point3 place{0, 0, 0};    ///< of the query when it was last looked for
-    double second = -1;       ///< distance of the second nearest then
+    Point3 place{0, 0, 0};  ///< of the query when it was last looked for
+    double second = -1;     ///< distance of the second nearest then
     Index partner = no_index;
   };
   struct Candidate {

@@ -82,7 +82,8 @@ Json input_json(const InputSummary& in) {
 Json pairs_json(const Matching& m) {
   if (m.options.objective != Objective::icp_point && m.options.objective != Objective::icp_plane) return nullptr;
   const IcpOptions& o = m.options.icp;
-  const Json distance = o.reject_distance_absolute ? real(o.reject_distance) : Json(fmt::format("{}x", o.reject_distance));
+  const Json distance =
+      o.reject_distance_absolute ? real(o.reject_distance) : Json(fmt::format("{}x", o.reject_distance));
   return {{"reject_distance", o.reject_distance > 0 ? distance : Json(nullptr)},
           {"reject_normal_deg", o.reject_normal > 0 ? real(o.reject_normal) : Json(nullptr)},
           {"reject_boundary", o.reject_boundary},

@@ -1,0 +1,78 @@
+// Normals and boundary of clouds: against known surfaces, dense eigenvectors and degenerate input.
+#include "isopach/match/oriented.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Dense>
+
+#include "isopach/distance/vectors.hpp"
+#include "tests/support/clouds.hpp"
+
+namespace isopach {
+namespace {
+
+OrientedCloud oriented(const Cloud& cloud, double thin = 0) {
+  OrientedCloud o = order_points(cloud, Pose{}, Frame{}, {}, thin, {});
+  orient(o, {});
+  return o;
+}
+
+TEST(Oriented, NormalsAreLeastSquaresOverTheNearest) {
+  const Cloud cloud = test::rough_cloud(test::uniform(200, 1), 2);
+  const OrientedCloud o = oriented(cloud);
+  for (std::size_t i = 0; i < o.points.size(); ++i) {
+    std::vector<std::pair<double, Index>> near;
+    for (std::size_t k = 0; k < o.points.size(); ++k)
+      near.emplace_back(squared_length(o.points[k] - o.points[i]), static_cast<Index>(k));
+    std::sort(near.begin(), near.end());
+    Eigen::MatrixXd d(3, normal_neighbours);
+    for (std::size_t k = 0; k < normal_neighbours; ++k) {
+      const Point3& p = o.points[near[k].second];
+      d.col(static_cast<Eigen::Index>(k)) << p.x, p.y, p.z;
+    }
+    d.colwise() -= d.rowwise().mean().eval();
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(d, Eigen::ComputeFullU);
+    const Eigen::Vector3d n = svd.matrixU().col(2);
+    if (svd.singularValues()(1) - svd.singularValues()(2) < 0.05) continue;  // no plane stands out
+    EXPECT_NEAR(std::fabs(dot(o.normals[i], {n(0), n(1), n(2)})), 1, 1e-9);
+  }
+}
+
+TEST(Oriented, BoundaryOfASquare) {
+  const OrientedCloud o =
+      oriented(test::cloud_over(test::framed_square(3000, 1), [](const Point2& p) { return 0.3 * p.x; }));
+  std::size_t inside = 0, missed = 0;
+  for (std::size_t i = 0; i < o.points.size(); ++i) {
+    const double rim = std::min({o.points[i].x, 1 - o.points[i].x, o.points[i].y, 1 - o.points[i].y});
+    inside += rim > 0.05 && o.boundary[i] != 0 ? 1u : 0u;
+    missed += rim == 0 && o.boundary[i] == 0 ? 1u : 0u;
+  }
+  EXPECT_LT(inside, 30u);
+  EXPECT_EQ(missed, 0u);
+}
+
+TEST(Oriented, FewPointsLinesAndCopies) {
+  Cloud line, copies, few;
+  for (int i = 0; i < 50; ++i) line.points.push_back({0.1 * i, 0.2 * i, 0}), copies.points.push_back({1, 2, 3});
+  few.points = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}};
+  for (const Cloud* cloud : {&line, &copies, &few}) {
+    const OrientedCloud o = oriented(*cloud);
+    for (std::size_t i = 0; i < o.points.size(); ++i) {
+      EXPECT_EQ(length(o.normals[i]), 0);
+      EXPECT_EQ(o.boundary[i], 1);
+    }
+  }
+}
+
+TEST(Oriented, OnePointACube) {
+  const Cloud cloud = test::rough_cloud(test::uniform(5000, 1), 2);
+  const OrientedCloud o = order_points(cloud, Pose{}, Frame{}, {}, 0.5, {});
+  EXPECT_GE(o.points.size(), 16u);
+  EXPECT_LE(o.points.size(), 3u * 3u * 5u);
+  const OrientedCloud other = order_points(test::shuffled(cloud, 7), Pose{}, Frame{}, {}, 0.5, {});
+  ASSERT_EQ(other.points.size(), o.points.size());
+  for (std::size_t i = 0; i < o.points.size(); ++i) EXPECT_EQ(length(o.points[i] - other.points[i]), 0);
+}
+
+}  // namespace
+}  // namespace isopach
