@@ -44,6 +44,15 @@ double size_of(const Motion& before, const Motion& now, const Point3& centre, do
   return size + radius * std::sqrt(turn);
 }
 
+/// Whether the last steps together led less far than half the longest one of them. Steps that shrink do not.
+bool goes_round(const std::vector<Motion>& passed, const std::vector<double>& steps, const Point3& centre,
+                double radius) {
+  constexpr std::size_t window = 10;
+  if (steps.size() < window) return false;
+  const double longest = *std::max_element(steps.end() - window, steps.end());
+  return size_of(passed[passed.size() - 1 - window], passed.back(), centre, radius) < longest / 2;
+}
+
 class Search {
  public:
   Search(const OrientedCloud& moving, const OrientedCloud& fixed, const MatchOptions& options, const Context& context)
@@ -106,6 +115,8 @@ class Search {
     pair_up(stride);
     const double tolerance = o_.tolerance > 0 ? o_.tolerance : default_match_tolerance;
     int quiet = 0;
+    std::vector<Motion> passed{state_.motion};
+    std::vector<double> steps;
     state_.converged = false;
     state_.reason = fmt::format("stopped after {} iterations (--max-iterations)", o_.max_iterations);
     while (state_.iterations < o_.max_iterations) {
@@ -121,6 +132,12 @@ class Search {
       if (step <= (last ? tolerance : std::max(tolerance, coarse_step)) * radius) {
         state_.converged = true;
         state_.reason = "the last step was below the tolerance";
+        return;
+      }
+      passed.push_back(state_.motion), steps.push_back(step);
+      if (goes_round(passed, steps, centre, radius)) {
+        state_.converged = true;
+        state_.reason = "the pairs change to and fro, and the steps lead nowhere";
         return;
       }
       // What a pair more or less changes is no progress: E is known to 1/n of itself.
