@@ -18,7 +18,8 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "The pose of scan MOVING on scan FIXED that minimises the measure between their surfaces. The pose is the matrix "
+    "The pose of scan MOVING on scan FIXED that minimises the measure between their surfaces, or another --objective. "
+    "The pose is the matrix "
     "that\n"
     "takes coordinates of MOVING to those of FIXED; compare --pose and convert --pose apply it.\n";
 
@@ -30,6 +31,7 @@ constexpr const char* footer =
     "  isopach match after.laz before.laz -o result                and pose.txt, moved.ply, result.json in result/\n"
     "  isopach match after.ply before.ply --freedom x,y,z          shifts only\n"
     "  isopach match part.ply whole.ply --start guess.txt --overlap 0.7\n"
+    "  isopach match head.ply bust.ply --coarse --objective icp-plane   scans turned anyhow, seen from all sides\n"
     "  isopach compare before.laz after.laz --pose result/pose.txt";
 
 struct Request {
@@ -161,7 +163,7 @@ void add_match_options(Command& command, MatchOptions& options) {
       "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
       "the point or to the plane at it");
   command.flag("--coarse", options.coarse,
-               "Look for a start first, from any rotation about the axis and any shift with half of a scan in common");
+               "Look for a start first: any turn, any shift that leaves half of a scan in common");
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the common area that is fitted; auto: all that differs no more than noise; 1: everything "
                  "(default auto)");

@@ -137,6 +137,20 @@ class Options(MatchCli):
         run = self.run_cli("match", "moving.xyz", "fixed.xyz", "--symmetric", code=2)
         self.assertIn("--symmetric", run.stderr)
 
+    def test_coarse(self):
+        turned = [(40 - y, x + 70, z) for x, y, z in scan(3, n=4000)]
+        self.write("turned.xyz", turned)
+        self.write("dense.xyz", scan(4, n=4000))
+        run = self.run_cli("match", "turned.xyz", "dense.xyz", "--coarse", "--json", "-")
+        m = json.loads(run.stdout)
+        self.assertTrue(m["parameters"]["coarse"])
+        self.assertAlmostEqual(m["pose"]["angle_deg"], 90, delta=0.5)
+        self.assertLess(m["after"]["rho"], 0.02)
+        self.assertEqual(m["parameters"]["start"][3], [0, 0, 0, 1])
+        self.write("start.txt", ["1 0 0 0", "0 1 0 0", "0 0 1 0", "0 0 0 1"])
+        both = self.run_cli("match", "turned.xyz", "dense.xyz", "--coarse", "--start", "start.txt", code=2)
+        self.assertIn("--start and --coarse", both.stderr)
+
     def test_exit_codes(self):
         self.write("far.xyz", scan(2, 500.0))
         self.assertIn("overlap", self.run_cli("match", "far.xyz", "fixed.xyz", code=4).stderr)

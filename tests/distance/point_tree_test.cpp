@@ -58,8 +58,10 @@ TEST(PointTree, NearestTwoAndMoreAreThoseOfEveryPoint) {
       EXPECT_DOUBLE_EQ(two.first2, all[0]);
       EXPECT_DOUBLE_EQ(distance2(p, points[two.first]), all[0]);
       EXPECT_EQ(two.second == no_index, n == 1);
-      if (n > 1) EXPECT_DOUBLE_EQ(distance2(p, points[two.second]), all[1]);
-      if (n > 1) EXPECT_NE(two.first, two.second);
+      if (n > 1) {
+        EXPECT_DOUBLE_EQ(distance2(p, points[two.second]), all[1]);
+        EXPECT_NE(two.first, two.second);
+      }
       for (const std::size_t k : {3u, 16u, 100u}) {
         std::vector<Index> found{7};
         tree.nearest(p, k, found);

@@ -16,12 +16,12 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t landmark_points = 48000;  // of each scan, for the means
-constexpr std::size_t landmark_count = 2200;    // of the larger scan
+constexpr std::size_t landmark_count = 1800;    // of the larger scan
 constexpr std::size_t points_of_one = 4;        // at least, where a scan has so many
 constexpr std::size_t likeness_count = 1500;
 constexpr std::size_t candidate_count = 6;  // of each side of the surface
-constexpr std::size_t trial_points = 6000;  // of each scan, in a trial
-constexpr int trial_iterations = 25;
+constexpr std::size_t trial_points = 4000;  // of each scan, in a trial
+constexpr int trial_iterations = 12;
 constexpr double least_share = 0.25;  // of the smaller scan that must come to lie on the other
 constexpr double fit_widths = 3;      // a trial counts what fits within so many medians of the best one
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 
 #include "isopach/base/error.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -44,13 +45,16 @@ double size_of(const Motion& before, const Motion& now, const Point3& centre, do
   return size + radius * std::sqrt(turn);
 }
 
-/// Whether the last steps together led less far than half the longest one of them. Steps that shrink do not.
+/// Whether the last steps lead nowhere: together less far than half their sum, and they do not shrink.
 bool goes_round(const std::vector<Motion>& passed, const std::vector<double>& steps, const Point3& centre,
                 double radius) {
   constexpr std::size_t window = 10;
+  constexpr double shrinking = 0.1;
   if (steps.size() < window) return false;
-  const double longest = *std::max_element(steps.end() - window, steps.end());
-  return size_of(passed[passed.size() - 1 - window], passed.back(), centre, radius) < longest / 2;
+  const auto first = steps.end() - window;
+  if (steps.back() < shrinking * *std::max_element(first, steps.end())) return false;
+  const double sum = std::accumulate(first, steps.end(), 0.0);
+  return size_of(passed[passed.size() - 1 - window], passed.back(), centre, radius) < sum / 2;
 }
 
 class Search {
