@@ -18,10 +18,10 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "The pose of scan MOVING on scan FIXED that minimises the measure between their surfaces, or another --objective. "
-    "The pose is the matrix "
-    "that\n"
-    "takes coordinates of MOVING to those of FIXED; compare --pose and convert --pose apply it.\n";
+    "The pose of scan MOVING on scan FIXED that minimises the measure between their surfaces, or another --objective.\n"
+    "The pose is the matrix that takes coordinates of MOVING to those of FIXED; compare --pose and convert --pose "
+    "apply "
+    "it.\n";
 
 constexpr const char* footer =
     "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
@@ -31,7 +31,7 @@ constexpr const char* footer =
     "  isopach match after.laz before.laz -o result                and pose.txt, moved.ply, result.json in result/\n"
     "  isopach match after.ply before.ply --freedom x,y,z          shifts only\n"
     "  isopach match part.ply whole.ply --start guess.txt --overlap 0.7\n"
-    "  isopach match head.ply bust.ply --coarse --objective icp-plane   scans turned anyhow, seen from all sides\n"
+    "  isopach match head.ply bust.ply --coarse --objective icp-plane   turned anyhow, seen from all sides\n"
     "  isopach compare before.laz after.laz --pose result/pose.txt";
 
 struct Request {

@@ -138,9 +138,8 @@ TEST(Consensus, FindsTheMotionOfOneInTen) {
 }
 
 TEST(Coarse, AnyTurnAboutTheAxis) {
-  const Scene terrain = scene("terrain", "", 6000, 0.03), face = scene("face", "", 6000, 0.05);
-  for (const auto& [s, extent, degrees] :
-       {std::tuple{&terrain, 1000.0, 170.0}, std::tuple{&terrain, 1000.0, -80.0}, std::tuple{&face, 220.0, 120.0}}) {
+  const Scene terrain = scene("terrain", "", 4000, 0.03), face = scene("face", "", 4000, 0.05);
+  for (const auto& [s, extent, degrees] : {std::tuple{&terrain, 1000.0, 170.0}, std::tuple{&face, 220.0, 120.0}}) {
     const Point3 shift{0.4 * extent, -0.3 * extent, 0.2 * extent};
     const auto e =
         start_error(s->a, s->b, test::turn_and_shift({0, 0, 1}, degrees, test::middle_of(s->b), shift), extent);
@@ -150,7 +149,7 @@ TEST(Coarse, AnyTurnAboutTheAxis) {
 }
 
 TEST(Coarse, HalfInCommon) {
-  const Scene s = scene("relief", "unchanged", 8000, 0.07);
+  const Scene s = scene("relief", "unchanged", 5000, 0.07);
   Cloud a = s.a, b = s.b;
   std::erase_if(a.points, [](const Point3& p) { return p.x > 667; });
   std::erase_if(b.points, [](const Point3& p) { return p.x < 333; });
@@ -160,7 +159,7 @@ TEST(Coarse, HalfInCommon) {
 }
 
 TEST(Coarse, AnyTurnOfAFaceAndOfABody) {
-  const Scene s = scene("face", "", 6000, 0.05);
+  const Scene s = scene("face", "", 4000, 0.05);
   const auto e = start_error(s.a, s.b, test::turn_and_shift({1, 2, -1}, 150, {0, 0, 0}, {900, 100, -300}), 220);
   EXPECT_LT(e.degrees, 0.5);
   EXPECT_LT(e.shift, 0.005);
@@ -168,7 +167,7 @@ TEST(Coarse, AnyTurnOfAFaceAndOfABody) {
 
 // From the coarse start the fine match ends where it ends from a near one.
 TEST(Coarse, ThenFine) {
-  const Scene s = scene("terrain", "", 6000, 0.03);
+  const Scene s = scene("terrain", "", 4000, 0.03);
   const Pose away = test::turn_and_shift({0, 0, 1}, 137, test::middle_of(s.b), {300, -200, 20});
   for (const Objective objective : {Objective::measure, Objective::icp_plane}) {
     MatchOptions o = unchecked();
