@@ -24,6 +24,7 @@ struct Current {
   std::span<const Point3> centroids, normals;
 };
 
+/// direct: the double sum over all pairs, the oracle of `fast`.
 enum class CurrentsMethod { fast, direct };
 
 struct CurrentsOptions {
@@ -42,9 +43,13 @@ struct Currents {
   bool reached = true;     ///< false: normals cancel so far that rounding alone exceeds options.error
 };
 
+/// UsageError, naming --sigma or --currents-error, if sigma or error is no number in its range.
+void check(const CurrentsOptions& options);
+
 /// Cost: near-linear for `fast` (linear in triangles that lie in as many cubes each), quadratic for `direct`, which is
-/// its oracle (tests/measure/currents_test.cpp). Parallel; the same bits for any number of threads. Errors: UsageError
-/// if sigma or error is no positive number. An empty current has norm 0.
+/// its oracle (tests/measure/currents_test.cpp); memory near 100 bytes a triangle, to 400 where every cube has a grid.
+/// Parallel; the same bits for any number of threads. Errors: as check, and UsageError where coordinates are 10^13
+/// times sigma. An empty current has norm 0.
 [[nodiscard]] Currents currents(const Current& a, const Current& b, const CurrentsOptions& options,
                                 const Context& context);
 
