@@ -176,7 +176,7 @@ Currents currents(const Current& a, const Current& b, const CurrentsOptions& opt
   check(options);
   Cubes cubes(a, b, options.sigma);
   if (options.method == CurrentsMethod::direct) return result(direct_sum(cubes, context), options.sigma);
-  double share = options.error / 64;  // a triangle has some thirty times its own weight of others near it
+  double share = options.error / 8;  // what the far and the cancelling pairs leave of it
   for (int round = 1;; ++round) {
     cubes.make_grids(share);
     Currents c = result(fast_sum(cubes, context), options.sigma);

@@ -11,7 +11,8 @@ namespace isopach::currents_parts {
 
 namespace {
 
-constexpr double most_cubes = 0x1p44;  // along an axis: a corner is a product of 44 and 8 bits, exact
+constexpr std::size_t most_nodes_a_source = 10;  // below it a grid is made sooner than its pairs are summed directly
+constexpr double most_cubes = 0x1p44;            // along an axis: a corner is a product of 44 and 8 bits, exact
 
 double rounded_to_8_bits(double x) {
   int exponent = 0;
@@ -182,7 +183,7 @@ void Cubes::make_grids(double share) {
       nodes *= static_cast<std::size_t>(p[k]);
     }
     cube.p = {};
-    if (nodes > 4 * cube.sources()) continue;
+    if (nodes > most_nodes_a_source * cube.sources()) continue;
     cube.p = p;
     cube.first_node = n;
     n += nodes;

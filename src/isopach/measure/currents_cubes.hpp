@@ -82,8 +82,14 @@ class Cubes {
   /// f(other) for every cube within reach after number i: with i itself, each pair is met once.
   template <class F>
   void for_each_after(std::size_t i, F&& f) const;
+  /// f(other) for every cube within reach of number i, i among them.
+  template <class F>
+  void for_each_near(std::size_t i, F&& f) const;
 
  private:
+  /// Of one column of cubes, from `first` up.
+  template <class F>
+  void for_each_in(const std::array<std::int64_t, 3>& first, std::int64_t last_z, F&& f) const;
   void describe(Cube& cube) const;
   void fill(const Cube& cube);
 
@@ -96,18 +102,28 @@ class Cubes {
 };
 
 template <class F>
+void Cubes::for_each_in(const std::array<std::int64_t, 3>& first, std::int64_t last_z, F&& f) const {
+  auto other =
+      std::lower_bound(cubes_.begin(), cubes_.end(), first, [](const Cube& c, const auto& k) { return c.key < k; });
+  for (; other != cubes_.end() && other->key[0] == first[0] && other->key[1] == first[1] && other->key[2] <= last_z;
+       ++other)
+    f(*other);
+}
+
+template <class F>
 void Cubes::for_each_after(std::size_t i, F&& f) const {
   const auto& key = cubes_[i].key;
   for (std::int64_t dx = 0; dx <= reach_; ++dx)
-    for (std::int64_t dy = dx == 0 ? 0 : -reach_; dy <= reach_; ++dy) {  // a column of cubes is a range of them
-      const std::array<std::int64_t, 3> first{key[0] + dx, key[1] + dy, key[2] + (dx == 0 && dy == 0 ? 1 : -reach_)};
-      auto other = std::lower_bound(cubes_.begin() + static_cast<std::ptrdiff_t>(i), cubes_.end(), first,
-                                    [](const Cube& c, const auto& k) { return c.key < k; });
-      for (; other != cubes_.end() && other->key[0] == first[0] && other->key[1] == first[1] &&
-             other->key[2] <= key[2] + reach_;
-           ++other)
-        f(*other);
-    }
+    for (std::int64_t dy = dx == 0 ? 0 : -reach_; dy <= reach_; ++dy)
+      for_each_in({key[0] + dx, key[1] + dy, key[2] + (dx == 0 && dy == 0 ? 1 : -reach_)}, key[2] + reach_, f);
+}
+
+template <class F>
+void Cubes::for_each_near(std::size_t i, F&& f) const {
+  const auto& key = cubes_[i].key;
+  for (std::int64_t dx = -reach_; dx <= reach_; ++dx)
+    for (std::int64_t dy = -reach_; dy <= reach_; ++dy)
+      for_each_in({key[0] + dx, key[1] + dy, key[2] - reach_}, key[2] + reach_, f);
 }
 
 }  // namespace isopach::currents_parts
