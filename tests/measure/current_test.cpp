@@ -70,5 +70,19 @@ TEST(SurfaceCurrent, HoldsTheTrianglesKeptAndTheirMeanEdge) {
   EXPECT_EQ(default_sigma(s, none), 5 * s.mean_edge);
 }
 
+TEST(SurfaceCurrent, LeavesOutTrianglesThatAreLines) {
+  Mesh m;
+  m.xy = {{0, 0}, {10, 0}, {5, -1e-12}, {5, 8}};
+  m.z = {0, 0, 7, 0};
+  Box2 bounds;
+  for (const Point2& p : m.xy) bounds.add(p);
+  m.t = triangulate(m.xy, curve_box(bounds), {});
+  EXPECT_EQ(m.t.real, 2U);
+  m.xy[2] = {5, 1e-12};  // now the hull has a sliver below it
+  m.t = triangulate(m.xy, curve_box(bounds), {});
+  EXPECT_EQ(m.t.real, 3U);
+  EXPECT_EQ(surface_current(m.t, m.xy, m.z, {}).centroids.size(), 2U);
+}
+
 }  // namespace
 }  // namespace isopach::test

@@ -76,7 +76,7 @@ TEST(Currents, DirectEqualsThePlainDoubleSum) {
 TEST(Currents, AreWithinTheErrorAskedForAndWithinTheirBound) {
   for (const char* kind : {"waves", "flat", "grid", "duplicates", "clustered", "outlier", "steep"})
     for (const double sigma : {0.5, 2.0, 5.0, 20.0, 100.0}) {
-      const Surface a = make(kind, 1600, 1), b = make(kind, 1225, 2);
+      const Surface a = make(kind, 900, 1), b = make(kind, 625, 2);
       const Currents exact = currents(a.view(), b.view(), {sigma, 1e-6, CurrentsMethod::direct}, {});
       for (const double error : {1e-3, 1e-6, 1e-9}) {
         const Currents c = currents(a.view(), b.view(), {sigma, error}, {});
@@ -93,7 +93,7 @@ TEST(Currents, AreWithinTheErrorAskedForAndWithinTheirBound) {
 }
 
 TEST(Currents, HaveTheSameBitsForAnyThreadsAndForSwappedScans) {
-  const Surface a = make("waves", 5000, 1), b = make("steep", 3000, 2);
+  const Surface a = make("waves", 3000, 1), b = make("steep", 2000, 2);
   for (const double sigma : {1.0, 20.0}) {
     Currents one, four, swapped;
     run_with_threads(1, [&] { one = currents(a.view(), b.view(), {sigma}, {}); });

@@ -8,11 +8,28 @@
 
 namespace isopach {
 
+namespace {
+
+constexpr double least_height = 1e-6;  // of a triangle in the plane, in its longest side
+
+/// Nodes on one line become such triangles by rounding. In the plane they are nothing, in space walls.
+bool is_line(const Triangulation& t, std::span<const Point2> xy, Index triangle) {
+  const auto& v = t.triangles[triangle].v;
+  const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+  const auto squared = [](const Point2& p, const Point2& q) {
+    return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y);
+  };
+  const double twice_area = std::fabs((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+  return twice_area < least_height * std::max({squared(a, b), squared(b, c), squared(c, a)});
+}
+
+}  // namespace
+
 SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
                                std::span<const unsigned char> kept) {
   Array<Index> ids;
   for (Index i = 0; i < t.real; ++i)
-    if (kept.empty() || kept[i] != 0) ids.push_back(i);
+    if ((kept.empty() || kept[i] != 0) && !is_line(t, xy, i)) ids.push_back(i);
   SurfaceCurrent s;
   s.centroids.resize(ids.size());
   s.normals.resize(ids.size());

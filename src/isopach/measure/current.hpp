@@ -15,8 +15,9 @@ struct SurfaceCurrent {
   [[nodiscard]] Current view() const { return {centroids, normals}; }
 };
 
-/// The real triangles of `t` whose flag in `kept` is set (empty: all), in their order. Cost O(triangles). The same bits
-/// for any number of threads. Oracle: tests/measure/current_test.cpp.
+/// The real triangles of `t` whose flag in `kept` is set (empty: all), in their order, but those that are no more than
+/// a line in the plane (lower than 10⁻⁶ of their longest side): rounding makes them of nodes on a line. Cost
+/// O(triangles). The same bits for any number of threads. Oracle: tests/measure/current_test.cpp.
 [[nodiscard]] SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> xy,
                                              std::span<const double> z, std::span<const unsigned char> kept);
 
