@@ -94,6 +94,19 @@ void add_uncertainty_options(Command& command, UncertaintyOptions& options) {
       ->check(positive());
 }
 
+void add_currents_options(Command& command, CurrentsOptions& options) {
+  command
+      .option("--sigma", "S", options.sigma,
+              "Width of the kernel of --measure currents, in the unit of the scans: detail much smaller than it is not "
+              "seen (default: five mean edges of the coarser scan)")
+      ->check(positive());
+  command
+      .option("--currents-error", "SHARE", options.error,
+              "Most that the sums of --measure currents may be off, as a share of the norms, 1e-11 to 1")
+      ->check(positive())
+      ->capture_default_str();
+}
+
 void add_measure_options(Command& command, Request& request) {
   CompareOptions& options = request.options;
   command.heading("Measure");
@@ -101,10 +114,13 @@ void add_measure_options(Command& command, Request& request) {
                           {{"common", Surface::common}, {"overlay", Surface::overlay}, {"both", Surface::both}},
                           "Cells of the integral; common: the Delaunay triangulation of both scans together; overlay: "
                           "exact between the triangulations of each; both: common, with the overlay's beside it");
-  command.choice<MeasureKind>("--measure", options.measure, {{"V", MeasureKind::V}, {"dV", MeasureKind::dV}},
+  command.choice<MeasureKind>("--measure", options.measure,
+                              {{"V", MeasureKind::V}, {"dV", MeasureKind::dV}, {"currents", MeasureKind::currents}},
                               "What is told first; V: the volume between the scans; dV: for scans of different detail, "
                               "what the finer one shows "
-                              "averaged over each triangle of the coarser one");
+                              "averaged over each triangle of the coarser one; currents: places and directions of the "
+                              "triangles, alike within --sigma");
+  add_currents_options(command, options.currents);
   command.parsed(
       "--weight", "FORMULA|@ATTRIBUTE|FILE", options.weight,
       +[](const std::string& text) { return parse_weight(text); },
@@ -146,6 +162,7 @@ Pose matched(const Cloud& a, const Cloud& b, const CompareOptions& options, std:
   MatchOptions wanted;
   wanted.compare = options;
   wanted.compare.pose = {};
+  wanted.compare.measure = MeasureKind::V, wanted.compare.currents = {};
   wanted.compare.check_layers = false;
   wanted.start = options.pose;
   const Matching m = match(b, a, wanted, run.context());

@@ -52,6 +52,9 @@ TEST(ComparisonJson, IsValidAgainstItsSchema) {
   c.options.measure = MeasureKind::dV;
   c.options.weight = {WeightSource::Kind::attribute, WeightSource::Scan::b, "intensity"};
   c.weighted = WeightedMeasures{3, 2, 1, 1, 0.5, 0, 0};
+  c.options.measure = MeasureKind::currents;
+  c.options.currents.sigma = 2;
+  c.currents = CurrentsComparison{{2, 16, 25, 18, 5, 1e-6, 1e-6, 1e-6, 4e-6, true}, 100, 90};
   c.options.surface = Surface::both;
   c.overlay = c.measures;
   EXPECT_EQ(violations(Json::parse(comparison_json(c, {}))), "");
@@ -89,7 +92,8 @@ TEST(ComparisonJson, KeysAreInTheOrderOfTheContract) {
                                        "warnings",       "timing_s"};
   EXPECT_EQ(keys(j), order);
   EXPECT_EQ(keys(j["volume"]), (std::vector<std::string>{"above", "below", "net", "absolute"}));
-  EXPECT_EQ(keys(j["measure"]), (std::vector<std::string>{"rho", "rho_dv", "detail", "error_estimate", "weight"}));
+  EXPECT_EQ(keys(j["measure"]),
+            (std::vector<std::string>{"rho", "rho_dv", "detail", "error_estimate", "weight", "currents"}));
   const std::vector<std::string> input = keys(j["inputs"][0]);
   EXPECT_EQ(std::vector<std::string>(input.begin(), input.begin() + 8),
             (std::vector<std::string>{"role", "path", "points", "nodes", "duplicates", "unit", "crs", "bounds"}));

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/compare/currents.hpp"
 #include "isopach/compare/noise.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/compare/weighting.hpp"
@@ -26,7 +27,9 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   stages::check_options(options);
   stages::check_uncertainty(options.uncertainty);
   stages::check_weight(options);
+  stages::check_currents(options);
   stages::check_units(cloud_a, cloud_b, options, c);
+  stages::check_currents_units(cloud_a, cloud_b, c);
   stages::Clock clock(c.timing, context);
 
   clock.start("project");
@@ -88,6 +91,10 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("detail");  // ρ_dV: T1, T2 and their locations are enough
   stages::measure_detail(mesh_1, mesh_2, c, context);
+  if (options.measure == MeasureKind::currents) {  // equations (4) and (5), of T1 and T2
+    clock.start("currents");
+    stages::measure_currents(mesh_1, mesh_2, borders, c, context);
+  }
 
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
     clock.start("overlay");

@@ -1,5 +1,6 @@
 // Comparison: everything one comparison found. Reports are written from it; nothing is computed after it.
 #pragma once
+#include <cmath>
 #include <optional>
 #include <string>
 #include <utility>
@@ -8,6 +9,7 @@
 #include "isopach/compare/options.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
+#include "isopach/measure/currents.hpp"
 #include "isopach/measure/detail.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/noise_floor.hpp"
@@ -44,6 +46,19 @@ struct PointFields {
   Array<double> lod;        ///< level of detection at every input point, NaN as above; empty if there is none
 };
 
+/// Both scans as currents: those of their triangles that the border keeps and, over the overlap, that lie whole over
+/// the other scan.
+struct CurrentsComparison {
+  Currents sums;
+  std::size_t triangles_a = 0, triangles_b = 0;
+  [[nodiscard]] double distance() const { return std::sqrt(sums.rho); }  ///< unit²
+  /// √(ρ / (‖A‖² + ‖B‖²)): 0 for the same current, 1 for two that have nothing in common, √2 for opposite ones.
+  [[nodiscard]] double relative() const {
+    const double norms = sums.norm_a2 + sums.norm_b2;
+    return norms > 0 ? std::sqrt(sums.rho / norms) : 0;
+  }
+};
+
 struct Timing {
   std::vector<std::pair<std::string, double>> stages;  ///< seconds, in running order
   double total = 0;
@@ -61,6 +76,7 @@ struct Comparison {
   std::optional<NoiseFloor> noise_floor;            ///< if options.noise_floor: of the common triangulation
   std::optional<WeightedMeasures> weighted;         ///< if options.weight; over the surface of `measures`
   std::optional<DetailMeasure> detail;              ///< ρ_dV; nothing where no triangle of the coarser scan counts
+  std::optional<CurrentsComparison> currents;       ///< if options.measure is currents
   Index t1 = 0, t2 = 0, common = 0, interface = 0;  ///< numbers of triangles; interface: those with nodes of both scans
   std::uint64_t visited_1_in_2 = 0, visited_2_in_1 = 0;
   double trimmed_area = 0,

@@ -4,6 +4,7 @@
 
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/rigid.hpp"
+#include "isopach/measure/currents.hpp"
 #include "isopach/measure/uncertainty.hpp"
 #include "isopach/measure/weight.hpp"
 
@@ -12,7 +13,9 @@ namespace isopach {
 /// Which cells the integral runs over: the triangles of T, the exact overlay of T1 and T2, or T with the overlay
 /// beside.
 enum class Surface { common, overlay, both };
-enum class MeasureKind { V, dV };  ///< which is told first: ρ_V, or ρ_dV for scans of different detail (detail.hpp)
+/// What is told first: ρ_V, ρ_dV for scans of different detail (detail.hpp), or the distance as currents
+/// (currents.hpp).
+enum class MeasureKind { V, dV, currents };
 enum class Interpolation { linear, cubic };  ///< of each scan between its nodes, see interpolate.hpp, smooth.hpp
 enum class DomainKind { overlap, hull };
 enum class BorderRule { trim, hull };
@@ -22,7 +25,8 @@ struct CompareOptions {
   ProjectOptions project;  ///< direction, duplicates, classes, crop
   Pose pose;               ///< applied to B before anything else; default identity
   Surface surface = Surface::common;
-  MeasureKind measure = MeasureKind::V;  ///< both are computed
+  MeasureKind measure = MeasureKind::V;  ///< V and dV are computed always, currents only if asked for
+  CurrentsOptions currents;              ///< sigma in the unit of the scans, 0: five mean edges of the coarser scan
   Interpolation interpolation = Interpolation::linear;
   DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
   /// trim: only what the sampling supports, overlay/border.hpp; hull: the paper's.

@@ -62,6 +62,8 @@ class Page : public HtmlPage {
     card(plain("volume.below"), unit(3), "lost (B below A)");
     if (c_.options.measure == MeasureKind::dV)
       card(plain("measure.rho_dv"), unit(1), "at shared detail (ρ<sub>dV</sub>)");
+    if (c_.options.measure == MeasureKind::currents)
+      card(plain("measure.currents.distance"), unit(2), "apart as currents");
     card(plain("measure.rho"), unit(1), "mean |d| (ρ)");
     card(percent("domain.coverage"), "%", "of the area of both scans compared");
     out_ += "</div>\n";
@@ -109,6 +111,17 @@ class Page : public HtmlPage {
     out_ += "</p>\n";
   }
 
+  void currents() {
+    row("apart as currents", plain("measure.currents.distance"), unit(2),
+        "√ρ of equation (5): the norm of the difference of the two surfaces, each the sum of its triangles’ areas and "
+        "directions");
+    row("width σ", plain("measure.currents.sigma"), unit(1), "of the kernel: detail much smaller than it is not seen");
+    row("norm of A", plain("measure.currents.norm_a"), unit(2), "likewise of A alone");
+    row("norm of B", plain("measure.currents.norm_b"), unit(2), "likewise of B alone");
+    row("apart, relative", percent("measure.currents.relative"), "%",
+        "0: the same; 100: nothing in common; of the root of the norms’ squares added up");
+  }
+
   void numbers() {
     open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
     row("gained (above)", plain("volume.above"), unit(3), "volume between the surfaces where B lies above A");
@@ -119,6 +132,7 @@ class Page : public HtmlPage {
     if (at("measure.rho_dv").is_number())
       row("ρ<sub>dV</sub>", plain("measure.rho_dv"), unit(1),
           "the same with the detail only the finer scan holds averaged out");
+    if (at("measure.currents").is_object()) currents();
     if (at("measure.weight").is_object()) {
       const std::string by = "with the weight “" + escaped(clean_utf8(to_text(c_.options.weight))) + "”";
       row("ρ, weighted", plain("measure.weight.rho"), unit(1), "weighted gross volume ÷ area, " + by);

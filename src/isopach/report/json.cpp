@@ -1,4 +1,5 @@
 // result.json: the keys of schema isopach.compare/1 in their order (docs/schema/compare-1.json).
+#include <algorithm>
 #include <cmath>
 
 #include <nlohmann/json.hpp>
@@ -75,6 +76,8 @@ Json parameters_json(const Comparison& c) {
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"domain", to_text(o.domain)},
           {"measure", to_text(o.measure)},
+          {"sigma", o.currents.sigma > 0 ? real(o.currents.sigma) : Json(nullptr)},
+          {"currents_error", real(o.currents.error)},
           {"weight", text_or_null(to_text(o.weight))},
           {"duplicates", to_text(o.project.duplicates)},
           {"direction", point({r[6], r[7], r[8]})},
@@ -154,6 +157,23 @@ Json weight_json(const Comparison& c) {
           {"integral_error", real(w.integral_error)}};
 }
 
+Json currents_json(const Comparison& c) {
+  if (!c.currents) return nullptr;
+  const Currents& s = c.currents->sums;
+  return {{"sigma", real(s.sigma)},
+          {"distance", real(c.currents->distance())},
+          {"relative", real(c.currents->relative())},
+          {"norm_a", real(std::sqrt(std::max(0.0, s.norm_a2)))},
+          {"norm_b", real(std::sqrt(std::max(0.0, s.norm_b2)))},
+          {"rho", real(s.rho)},
+          {"rho_error", real(s.error_bound)},
+          {"inner", real(s.inner)},
+          {"inner_error", real(s.inner_bound)},
+          {"reached", s.reached},
+          {"triangles_a", c.currents->triangles_a},
+          {"triangles_b", c.currents->triangles_b}};
+}
+
 Json detail_json(const std::optional<DetailMeasure>& d) {
   if (!d) return nullptr;
   return {{"coarser", d->coarser_is_b ? "B" : "A"},
@@ -228,7 +248,8 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
         {"rho_dv", c.detail ? real(c.detail->rho) : none},
         {"detail", detail_json(c.detail)},
         {"error_estimate", real(m.error_estimate)},
-        {"weight", weight_json(c)}}},
+        {"weight", weight_json(c)},
+        {"currents", currents_json(c)}}},
       {"volume",
        {{"above", real(m.volume.above)},
         {"below", real(m.volume.below)},

@@ -79,6 +79,12 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   if (c.detail)
     s.value("rho_dV", n(c.detail->rho), 1,
             std::string("the same without detail that ") + (c.detail->coarser_is_b ? "A" : "B") + " alone can hold");
+  if (c.currents) {
+    const CurrentsComparison& k = *c.currents;
+    s.value(
+        "as currents", n(k.distance()), 2,
+        "apart, " + n(100 * k.relative()) + " % of the norms; sigma " + n(k.sums.sigma) + " " + measured_unit(c, 1));
+  }
   if (c.weighted) {
     const WeightedMeasures& w = *c.weighted;
     s.line("weight", clean_utf8(to_text(c.options.weight)));

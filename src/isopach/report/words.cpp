@@ -164,10 +164,19 @@ std::string detail_headline(const DetailMeasure& d, const Quantity& quantity) {
          ", on " + quantity("measure.detail.area", d.area, 2) + ".";
 }
 
+std::string currents_headline(const CurrentsComparison& k, const Quantity& quantity) {
+  return "As currents, with detail below " + quantity("measure.currents.sigma", k.sums.sigma, 1) +
+         " blurred, the scans are " + quantity("measure.currents.distance", k.distance(), 2) +
+         " apart, where A alone is " +
+         quantity("measure.currents.norm_a", std::sqrt(std::max(0.0, k.sums.norm_a2)), 2) + " and B " +
+         quantity("measure.currents.norm_b", std::sqrt(std::max(0.0, k.sums.norm_b2)), 2) + ".";
+}
+
 }  // namespace
 
 std::string headline(const Comparison& c, const Quantity& quantity) {
   const Measures& m = c.measures;
+  if (c.options.measure == MeasureKind::currents && c.currents) return currents_headline(*c.currents, quantity);
   if (c.options.measure == MeasureKind::dV && c.detail) return detail_headline(*c.detail, quantity);
   if (m.difference.max_above == 0 && m.difference.max_below == 0)
     return "B and A do not differ: d is 0 everywhere on the " + quantity("domain.area", c.domain_area, 2) +
@@ -208,7 +217,9 @@ const char* to_text(Surface surface) {
   }
   return "";
 }
-const char* to_text(MeasureKind measure) { return measure == MeasureKind::dV ? "dV" : "V"; }
+const char* to_text(MeasureKind measure) {
+  return measure == MeasureKind::dV ? "dV" : measure == MeasureKind::currents ? "currents" : "V";
+}
 const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
 const char* to_text(BorderRule border) { return border == BorderRule::trim ? "trim" : "hull"; }
 const char* to_text(LocateMethod method) {

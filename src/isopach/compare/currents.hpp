@@ -1,0 +1,18 @@
+// The stage of compare that measures both scans as currents.
+#pragma once
+#include "isopach/compare/stages.hpp"
+
+namespace isopach::stages {
+
+/// Refuses options that speak of currents where none are measured, or that do not go with them.
+void check_currents(const CompareOptions& options);
+
+/// Refuses scans whose heights have another unit than x and y: currents are in space. After check_units.
+void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c);
+
+/// c.currents, if options.measure asks for them; sets the sigma that was used in c.currents alone. Throws OverlapError
+/// where no triangle of a scan lies over the other.
+void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, Comparison& c,
+                      const Context& context);
+
+}  // namespace isopach::stages

@@ -1,0 +1,27 @@
+// SurfaceCurrent: a triangulated surface as a current: the centroid and the area-weighted normal of each triangle.
+#pragma once
+#include <span>
+
+#include "isopach/base/array.hpp"
+#include "isopach/delaunay/triangulation.hpp"
+#include "isopach/measure/currents.hpp"
+
+namespace isopach {
+
+/// Frame coordinates; normals point up (along the direction), their length is the area of the triangle in space.
+struct SurfaceCurrent {
+  Array<Point3> centroids, normals;
+  double mean_edge = 0;  ///< of the sides of these triangles in space; 0 if there is none
+  [[nodiscard]] Current view() const { return {centroids, normals}; }
+};
+
+/// The real triangles of `t` whose flag in `kept` is set (empty: all), in their order, but those that are no more than
+/// a line in the plane (lower than 10⁻⁶ of their longest side): rounding makes them of nodes on a line. Cost
+/// O(triangles). The same bits for any number of threads. Oracle: tests/measure/current_test.cpp.
+[[nodiscard]] SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> xy,
+                                             std::span<const double> z, std::span<const unsigned char> kept);
+
+/// A width of the kernel where none is given: five mean edges of the surface with the longer ones. 0 if there is none.
+[[nodiscard]] double default_sigma(const SurfaceCurrent& a, const SurfaceCurrent& b);
+
+}  // namespace isopach

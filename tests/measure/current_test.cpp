@@ -1,0 +1,88 @@
+// Triangles as a current, against the surface they are of.
+#include "isopach/measure/current.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <vector>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/triangulate.hpp"
+#include "tests/support/random.hpp"
+
+namespace isopach::test {
+namespace {
+
+struct Mesh {
+  Array<Point2> xy;
+  Array<double> z;
+  Triangulation t;
+};
+
+/// Random nodes in a square of side 10 with its corners, on the plane z = 1 + a x + b y.
+Mesh plane(double a, double b) {
+  Random random(3);
+  Array<Point2> all{{0, 0}, {10, 0}, {0, 10}, {10, 10}};
+  for (int i = 0; i < 500; ++i) all.push_back({random.uniform(0, 10), random.uniform(0, 10)});
+  Box2 bounds;
+  for (const Point2& p : all) bounds.add(p);
+  Mesh m;
+  const CurveBox box = curve_box(bounds);
+  (void)curve_order(all, box, nullptr, &m.xy);
+  for (const Point2& p : m.xy) m.z.push_back(1 + a * p.x + b * p.y);
+  m.t = triangulate(m.xy, box, {});
+  return m;
+}
+
+TEST(SurfaceCurrent, OfAPlaneIsItsAreaAlongItsNormal) {
+  const Mesh m = plane(0.5, -2);
+  const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, {});
+  ASSERT_EQ(s.centroids.size(), m.t.real);
+  double x = 0, y = 0, z = 0;
+  for (std::size_t i = 0; i < s.centroids.size(); ++i) {
+    const Point3 &c = s.centroids[i], &n = s.normals[i];
+    EXPECT_NEAR(c.z, 1 + 0.5 * c.x - 2 * c.y, 1e-12);
+    EXPECT_NEAR(n.x, -0.5 * n.z, 1e-12);
+    EXPECT_NEAR(n.y, 2 * n.z, 1e-12);
+    EXPECT_GT(n.z, 0);
+    x += n.x, y += n.y, z += n.z;
+  }
+  EXPECT_NEAR(x, -50, 1e-10);
+  EXPECT_NEAR(y, 200, 1e-10);
+  EXPECT_NEAR(z, 100, 1e-10);
+}
+
+TEST(SurfaceCurrent, HoldsTheTrianglesKeptAndTheirMeanEdge) {
+  const Mesh m = plane(0, 0);
+  Array<unsigned char> kept(m.t.real);
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = i % 3 == 0 ? 1 : 0;
+  const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, kept);
+  ASSERT_EQ(s.centroids.size(), (m.t.real + 2) / 3);
+  double edges = 0;
+  for (std::size_t i = 0; i < m.t.real; i += 3)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point2 &p = m.xy[m.t.triangles[i].v[k]], &q = m.xy[m.t.triangles[i].v[(k + 1) % 3]];
+      edges += std::hypot(p.x - q.x, p.y - q.y);
+    }
+  EXPECT_NEAR(s.mean_edge, edges / (3.0 * static_cast<double>(s.centroids.size())), 1e-12);
+  const SurfaceCurrent none = surface_current(m.t, m.xy, m.z, Array<unsigned char>(m.t.real, 0));
+  EXPECT_EQ(none.mean_edge, 0);
+  EXPECT_EQ(default_sigma(s, none), 5 * s.mean_edge);
+}
+
+TEST(SurfaceCurrent, LeavesOutTrianglesThatAreLines) {
+  Mesh m;
+  m.xy = {{0, 0}, {10, 0}, {5, -1e-12}, {5, 8}};
+  m.z = {0, 0, 7, 0};
+  Box2 bounds;
+  for (const Point2& p : m.xy) bounds.add(p);
+  m.t = triangulate(m.xy, curve_box(bounds), {});
+  EXPECT_EQ(m.t.real, 2U);
+  m.xy[2] = {5, 1e-12};  // now the hull has a sliver below it
+  m.t = triangulate(m.xy, curve_box(bounds), {});
+  EXPECT_EQ(m.t.real, 3U);
+  EXPECT_EQ(surface_current(m.t, m.xy, m.z, {}).centroids.size(), 2U);
+}
+
+}  // namespace
+}  // namespace isopach::test
