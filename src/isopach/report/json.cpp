@@ -1,7 +1,8 @@
 // result.json: the keys of schema isopach.compare/1 in their order (docs/schema/compare-1.json).
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
-
 #include <nlohmann/json.hpp>
 
 #include "isopach/report/report.hpp"
@@ -67,6 +68,11 @@ Json sigma_json(const SigmaSource& s) {
   return nullptr;
 }
 
+Json registration_json(const UncertaintyOptions& o) {
+  if (o.registration_covariance) return o.registration_source;
+  return o.registration_error > 0 ? real(o.registration_error) : Json(nullptr);
+}
+
 Json parameters_json(const Comparison& c) {
   const CompareOptions& o = c.options;
   const auto& r = c.frame.rotation;
@@ -95,8 +101,7 @@ Json parameters_json(const Comparison& c) {
           {"correlation", to_text(o.uncertainty.correlation)},
           {"correlation_range",
            o.uncertainty.correlation_range > 0 ? real(o.uncertainty.correlation_range) : Json(nullptr)},
-          {"registration_error",
-           o.uncertainty.registration_error > 0 ? real(o.uncertainty.registration_error) : Json(nullptr)},
+          {"registration_error", registration_json(o.uncertainty)},
           {"noise_floor", o.noise_floor},
           {"min_coverage", real(o.min_coverage)},
           {"allow_crs", o.allow_crs},
@@ -130,8 +135,7 @@ Json surfaces_json(const Comparison& c) {
 
 Json difference_json(const DifferenceStatistics& d) {
   Json percentiles;
-  for (std::size_t i = 0; i < percentile_levels.size(); ++i)
-    percentiles[std::to_string(percentile_levels[i])] = real(d.abs_percentiles[i]);
+  for (const Percentile& p : all_percentiles(d)) percentiles[fmt::format("{}", p.level)] = real(p.value);
   return {{"mean", real(d.mean)},
           {"rms", real(d.rms)},
           {"std", real(d.std)},
@@ -195,6 +199,7 @@ Json uncertainty_json(const Comparison& c) {
           {"lod", u.lod ? real(*u.lod) : none},
           {"lod_rule", u.lod ? Json(u.lod_is_given ? "given" : "sigmas") : none},
           {"sigma_net", of(&VolumeTriple::net)},
+          {"sigma_net_registration", u.sigma_net_registration ? real(*u.sigma_net_registration) : none},
           {"sigma_above", of(&VolumeTriple::above)},
           {"sigma_below", of(&VolumeTriple::below)},
           {"interval_net", net ? Json::array({real(net->first), real(net->second)}) : none},
@@ -232,6 +237,14 @@ Json timing_json(const Timing& timing) {
 }
 
 }  // namespace
+
+std::string histogram_csv(const Comparison& c) {
+  const Histogram& h = c.measures.difference.histogram;
+  std::string out = "d_from,d_to,area\n";
+  for (std::size_t i = 0; i < h.areas.size(); ++i)
+    out += real(h.edges[i]).dump() + "," + real(h.edges[i + 1]).dump() + "," + real(h.areas[i]).dump() + "\n";
+  return out;
+}
 
 std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs) {
   const Measures& m = c.measures;
