@@ -27,7 +27,7 @@ struct Sample {
     const CurveBox curve = curve_box(box);
     (void)curve_order(points, curve, nullptr, &xy);
     t = triangulate(xy, curve, {});
-    z1.resize(xy.size());
+    z1.assign(xy.size(), 0.0);
     for (const Point2& p : xy) z2.push_back(d(p));
     in_domain.assign(t.real, 1);
   }

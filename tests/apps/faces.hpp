@@ -14,7 +14,7 @@
 namespace isopach::test {
 
 struct FaceScan {
-  std::size_t points = 10000;
+  std::size_t points = 7000;
   double noise = 0.05;  // mm
   std::uint64_t seed = 1;
   std::function<double(double x, double y)> added = [](double, double) { return 0.0; };

@@ -136,6 +136,122 @@ void line(std::string& out, const char* label, const std::string& text) {
   out += fmt::format("  {:<16}{}\n", label, text);
 }
 
+class Page : public HtmlPage {
+ public:
+  Page(const Asymmetry& a, const std::string& json, const MapOptions& look)
+      : HtmlPage(json),
+        a_(a),
+        title_(look.title.empty() ? "Asymmetry of " + input_name(a.face) : clean_utf8(look.title)),
+        unit_(unit_text(a.unit)),
+        area_(unit_text(a.unit, 2)),
+        volume_(unit_text(a.unit, 3)),
+        plus_(escaped(positive_side(a))),
+        minus_(escaped(negative_side(a))) {}
+
+  [[nodiscard]] std::string write(const std::string& map_png) {
+    open_page(title_);
+    head(map_png);
+    regions();
+    plane();
+    numbers();
+    settings();
+    timing();
+    raw();
+    close_page();
+    return out_;
+  }
+
+ private:
+  [[nodiscard]] std::string brief(const std::string& key, int digits) const {
+    return datum(key, number(value(key), fine, digits));
+  }
+  [[nodiscard]] std::string brief_sign(const std::string& key, int digits) const {
+    return datum(key, signed_number(value(key), fine, digits));
+  }
+
+  void head(const std::string& map_png) {
+    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
+            brief("measure.rho_debiased", 3) + "\u00a0" + unit_ + " on average, " + brief("index.percent", 3) +
+            "\u00a0% of the size of the face; " + direction_words(a_, fine) +
+            ".</p>\n<p class=\"soft\">The face is compared with its own mirror image about the symmetry plane found. d "
+            "is the "
+            "height of a side above the other side, mirrored: positive where it stands out further. Lengths: " +
+            unit_sentence(a_.unit) + ".</p>\n</header>\n<div class=\"cards\">\n";
+    card(brief("index.percent", 3), "%", "asymmetry index, noise floor taken off");
+    card(brief("index.floor", 3), "%", "noise floor: what a symmetric face would show");
+    card(brief_sign("regions.0.directional", 3), unit_, plus_ + " side less " + minus_ + " side (directional)");
+    card(brief("regions.0.absolute", 3), unit_, "mean |d| (absolute)");
+    card(percent("domain.coverage"), "%", "of the area compared");
+    out_ += "</div>\n";
+    warnings();
+    if (!map_png.empty()) picture(map_png, "Map of the left-right differences, with the symmetry plane");
+  }
+
+  void regions() {
+    open_table("By region", "<th>region</th><th class=\"n\">directional, " + unit_ + "</th><th class=\"n\">absolute, " +
+                                unit_ + "</th><th class=\"n\">RMS, " + unit_ + "</th><th class=\"n\">largest, " +
+                                unit_ + "</th><th class=\"n\">" + plus_ + " further out, " + volume_ +
+                                "</th><th class=\"n\">" + minus_ + " further out, " + volume_ +
+                                "</th><th class=\"n\">net, " + volume_ + "</th><th class=\"n\">area, " + area_ +
+                                "</th>");
+    for (std::size_t i = 0; i < a_.regions.size(); ++i) {
+      const std::string row = "regions." + std::to_string(i) + ".";
+      out_ += "<tr><th scope=\"row\">" + escaped(a_.regions[i].name) + "</th>";
+      for (const std::string& cell :
+           {brief_sign(row + "directional", 3), brief(row + "absolute", 3), brief(row + "rms", 3),
+            brief(row + "largest", 3), plain(row + "volume.positive"), plain(row + "volume.negative"),
+            with_sign(row + "volume.net"), plain(row + "area")})
+        out_ += "<td class=\"n\">" + cell + "</td>";
+      out_ += "</tr>\n";
+    }
+    close_table();
+    out_ += "<p class=\"soft\">The " + plus_ + " side of each region against its mirror image on the " + minus_ +
+            " side; area is that of one side. Directional: net volume ÷ area, which side stands out and how far. "
+            "Absolute: "
+            "how much the sides differ, whichever stands out; noise adds up to " +
+            brief("measure.rho_floor", 3) + "\u00a0" + unit_ + " to it.</p>\n";
+  }
+
+  void plane() {
+    open_table("The symmetry plane", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
+    for (const auto& [k, name] :
+         {std::pair{"0", "normal, x"}, std::pair{"1", "normal, y"}, std::pair{"2", "normal, z"}})
+      row(name, brief_sign(std::string("plane.normal.") + k, 6), "",
+          *k == '0' ? "unit vector to the " + plus_ + " side, input coordinates" : std::string());
+    row("offset", brief_sign("plane.offset", 7), unit_, "normal · p for every point p of the plane");
+    row("its direction", brief("plane.sigma_angle_deg", 2), "°", "one standard deviation, from the residuals");
+    row("its place", brief("plane.sigma_offset", 2), unit_, "likewise, at the middle of the face");
+    row("twist", brief("plane.twist_deg", 2), "°",
+        "turn about the normal that would fit better than a pure reflection: near 0 for a face");
+    row("glide", brief("plane.glide", 2), unit_, "shift along the plane, likewise");
+    row("fitted", percent("fit.overlap"), "% of area",
+        "taken for symmetric; the rest differs more than noise and does not pull at the plane");
+    close_table();
+  }
+
+  void numbers() {
+    open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
+    row("index, measured", brief("index.raw", 3), "%", "100 ρ ÷ size, with what points and noise add");
+    row("size", plain("index.size"), unit_, "square root of the area compared");
+    row("ρ, mean |d|", plain("measure.rho"), unit_, "between face and mirror image");
+    row("ρ, noise floor", plain("measure.rho_floor"), unit_,
+        "what a symmetric face with these points and this noise would show");
+    row("ρ, debiased", plain("measure.rho_debiased"), unit_, "without what points and noise add");
+    row("RMS", plain("difference.rms"), unit_, "root of the mean of d²");
+    for (const int level : percentile_levels)
+      row("|d| at " + std::to_string(level) + "\u00a0%", plain("difference.abs_percentiles." + std::to_string(level)),
+          unit_, std::to_string(level) + "\u00a0% of the area differs by no more than this");
+    row("largest |d|", plain("difference.largest"), unit_, "");
+    row("points", whole("input.points"), "", "of the file");
+    row("points used", whole("input.used"), "", "kept by crop, class and rim");
+    row("area compared", plain("domain.area"), area_, "both sides");
+    close_table();
+  }
+
+  const Asymmetry& a_;
+  std::string title_, unit_, area_, volume_, plus_, minus_;
+};
+
 }  // namespace
 
 std::string asymmetry_json(const Asymmetry& a, const std::vector<std::string>& outputs) {
@@ -207,101 +323,26 @@ std::string asymmetry_text(const Asymmetry& a) {
 void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapOptions& look, const Context& context) {
   MapOptions options = look;
   if (options.title.empty()) options.title = input_name(a.face) + ": each side against the other, mirrored";
-  MapWords words;
-  words.numbers = index_words(a, fine) + "   ·   mean |d| (ρ) " + number(a.comparison.measures.rho, fine, 3) +
-                  "\u00a0" + unit_text(a.unit) + ", noise floor " + number(a.comparison.noise_floor->rho, fine, 3) +
-                  "\u00a0" + unit_text(a.unit) + "   ·   " + direction_words(a, fine);
+  MapWords& words = options.words;
+  words.headline = index_words(a, fine) + "   ·   mean |d| (ρ) " + number(a.comparison.measures.rho, fine, 3) +
+                   "\u00a0" + unit_text(a.unit) + ", noise floor " + number(a.comparison.noise_floor->rho, fine, 3) +
+                   "\u00a0" + unit_text(a.unit);
+  words.where = direction_words(a, fine) + "   ·   " + fixed_number(100 * a.comparison.coverage, 1, fine) +
+                " % of the area compared";
   words.above = "stands out further", words.below = "lies further back";
-  words.rule = "d = this side − the other side, mirrored; line: symmetry plane";
-  words.shaded = "the mirror image";
-  options.words = words;
+  words.zero = "both sides alike", words.left_out = "scanned, but not the other side";
+  words.note = "d = this side − the other side, mirrored";
   const Point3 origin = a.comparison.frame.origin;
   Box2 box;
   for (const Point2& p : a.comparison.cells.xy) box.add(p);
-  options.lines.push_back({Point2{-origin.x, box.min.y}, Point2{-origin.x, box.max.y}});
+  options.lines.push_back({{{-origin.x, box.max.y}, {-origin.x, box.min.y}}, "symmetry plane"});
   write_map(path, a.comparison, options, context);
 }
 
 void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std::string& map_png,
                           const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  const html::Numbers n(json);
-  const std::string unit = unit_text(a.unit), area = unit_text(a.unit, 2), volume = unit_text(a.unit, 3);
-  const std::string plus = html::escaped(positive_side(a)), minus = html::escaped(negative_side(a));
-  const std::string title = look.title.empty() ? "Asymmetry of " + input_name(a.face) : clean_utf8(look.title);
-  std::string page = html::opening(title);
-  page += "<header>\n<h1>" + html::escaped(title) + "</h1>\n<p class=\"lead\">The two sides differ by " +
-          n.plain("measure.rho_debiased", 3) + "\u00a0" + unit + " on average, " + n.plain("index.percent", 3) +
-          "\u00a0% of the size of the face; " + direction_words(a, fine) +
-          ".</p>\n<p class=\"soft\">The face is compared with its own mirror image about the symmetry plane found. d "
-          "is the "
-          "height of a side above the other side, mirrored: positive where it stands out further. Lengths: " +
-          unit_sentence(a.unit) + ".</p>\n</header>\n<div class=\"cards\">\n";
-  page += html::card(n.plain("index.percent", 3), "%", "asymmetry index, noise floor taken off");
-  page += html::card(n.plain("index.floor", 3), "%", "noise floor: what a symmetric face would show");
-  page +=
-      html::card(n.with_sign("regions.0.directional", 3), unit, plus + " side less " + minus + " side (directional)");
-  page += html::card(n.plain("regions.0.absolute", 3), unit, "mean |d| (absolute)");
-  page += html::card(n.percent("domain.coverage"), "%", "of the area compared");
-  page += "</div>\n" + html::warnings(a.warnings);
-  if (!map_png.empty()) page += html::picture(map_png, "Map of the left-right differences, with the symmetry plane");
-
-  page += html::open_table("By region", "<th>region</th><th class=\"n\">directional, " + unit +
-                                            "</th><th class=\"n\">absolute, " + unit + "</th><th class=\"n\">RMS, " +
-                                            unit + "</th><th class=\"n\">largest, " + unit + "</th><th class=\"n\">" +
-                                            plus + " further out, " + volume + "</th><th class=\"n\">" + minus +
-                                            " further out, " + volume + "</th><th class=\"n\">net, " + volume +
-                                            "</th><th class=\"n\">area, " + area + "</th>");
-  for (std::size_t i = 0; i < a.regions.size(); ++i) {
-    const std::string row = "regions." + std::to_string(i) + ".";
-    page += "<tr><th scope=\"row\">" + html::escaped(a.regions[i].name) + "</th>";
-    for (const std::string& cell :
-         {n.with_sign(row + "directional", 3), n.plain(row + "absolute", 3), n.plain(row + "rms", 3),
-          n.plain(row + "largest", 3), n.plain(row + "volume.positive"), n.plain(row + "volume.negative"),
-          n.with_sign(row + "volume.net"), n.plain(row + "area")})
-      page += "<td class=\"n\">" + cell + "</td>";
-    page += "</tr>\n";
-  }
-  page += html::close_table();
-  page +=
-      "<p class=\"soft\">The " + plus + " side of each region against its mirror image on the " + minus +
-      " side; area is that of one side. Directional: net volume ÷ area, which side stands out and how far. Absolute: "
-      "how much the sides differ, whichever stands out; noise adds up to " +
-      n.plain("measure.rho_floor", 3) + "\u00a0" + unit + " to it.</p>\n";
-
-  page += html::open_table("The symmetry plane", "<th>name</th><th></th><th>unit</th><th>what it says</th>", "told");
-  for (const auto& [k, name] : {std::pair{"0", "normal, x"}, std::pair{"1", "normal, y"}, std::pair{"2", "normal, z"}})
-    page += html::row(name, n.with_sign(std::string("plane.normal.") + k, 6), "",
-                      *k == '0' ? "unit vector to the " + plus + " side, input coordinates" : "");
-  page += html::row("offset", n.with_sign("plane.offset", 7), unit, "normal · p for every point p of the plane");
-  page += html::row("its direction", n.plain("plane.sigma_angle_deg", 2), "°",
-                    "one standard deviation, from the residuals");
-  page += html::row("its place", n.plain("plane.sigma_offset", 2), unit, "likewise, at the middle of the face");
-  page += html::row("twist", n.plain("plane.twist_deg", 2), "°",
-                    "turn about the normal that would fit better than a pure reflection: near 0 for a face");
-  page += html::row("glide", n.plain("plane.glide", 2), unit, "shift along the plane, likewise");
-  page += html::row("fitted", n.percent("fit.overlap"), "% of area",
-                    "taken for symmetric; the rest differs more than noise and does not pull at the plane");
-  page += html::close_table();
-
-  page += html::open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>", "told");
-  page += html::row("index, measured", n.plain("index.raw", 3), "%", "100 ρ ÷ size, with what points and noise add");
-  page += html::row("size", n.plain("index.size"), unit, "square root of the area compared");
-  page += html::row("ρ, mean |d|", n.plain("measure.rho"), unit, "between face and mirror image");
-  page += html::row("ρ, noise floor", n.plain("measure.rho_floor"), unit,
-                    "what a symmetric face with these points and this noise would show");
-  page += html::row("ρ, debiased", n.plain("measure.rho_debiased"), unit, "without what points and noise add");
-  page += html::row("RMS", n.plain("difference.rms"), unit, "root of the mean of d²");
-  for (const int level : percentile_levels)
-    page += html::row("|d| at " + std::to_string(level) + "\u00a0%",
-                      n.plain("difference.abs_percentiles." + std::to_string(level)), unit,
-                      std::to_string(level) + "\u00a0% of the area differs by no more than this");
-  page += html::row("largest |d|", n.plain("difference.largest"), unit, "");
-  page += html::row("points", n.whole("input.points"), "", "of the file");
-  page += html::row("points used", n.whole("input.used"), "", "kept by crop, class and rim");
-  page += html::row("area compared", n.plain("domain.area"), area, "both sides");
-  page += html::close_table();
-  html::write(path, page + html::closing(json));
+  write_page(path, Page(a, json, look).write(map_png));
 }
 
 void write_asymmetry_points(const std::string& path, const Cloud& face, const Asymmetry& a, const Context& context) {
