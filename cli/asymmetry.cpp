@@ -30,7 +30,7 @@ constexpr const char* footer =
     "  isopach asymmetry face.ply                              index, plane and regions on stdout\n"
     "  isopach asymmetry face.ply -o result --unit mm          and map, report, points with their asymmetry\n"
     "  isopach asymmetry face.ply --rim 8                      without the outermost 8 units: hair, frayed edges\n"
-    "  isopach asymmetry head.obj --crop -70,-100,70,80        the face alone";
+    "  isopach asymmetry head.obj --depth 110                  the front of a head";
 
 struct Request {
   std::string face, output, json, across;
@@ -133,6 +133,10 @@ int run_asymmetry(const Arguments& arguments) {
               "Points nearer than this to the border of the scan, or of a hole in it, are left out: hair, noise at the "
               "rim (default 0)")
       ->check(not_negative());
+  command
+      .option("--depth", "LENGTH", options.depth,
+              "Points farther than this behind the foremost one are left out: the back of a head (default: none)")
+      ->check(positive());
   command.choice<FaceParts>("--regions", options.parts, {{"thirds", FaceParts::thirds}, {"halves", FaceParts::halves}},
                             "Parts of the face that are told apart, by height");
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,

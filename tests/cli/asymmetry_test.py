@@ -75,6 +75,7 @@ class Options(AsymmetryCli):
     def test_they_act(self):
         plain = self.told()
         self.assertLess(self.told("--rim", "1")["domain"]["area"], 0.9 * plain["domain"]["area"])
+        self.assertLess(self.told("--depth", "3")["input"]["used"], 0.9 * plain["input"]["used"])
         self.assertEqual([r["name"] for r in self.told("--regions", "halves")["regions"]],
                          ["whole", "upper half", "lower half"])
         self.assertLess(self.told("--across", "-1,0,0")["plane"]["normal"][0], -0.9)
@@ -89,7 +90,7 @@ class Options(AsymmetryCli):
                             self.told("--duplicates", "min", name="twice.xyz")["plane"])
 
     def test_wrong_ones_are_named(self):
-        for words in [("--rim", "-1"), ("--rim", "100"), ("--regions", "quarters"), ("--across", "left"),
+        for words in [("--rim", "-1"), ("--rim", "100"), ("--depth", "0"), ("--regions", "quarters"), ("--across", "left"),
                       ("--across", "0,0,0"), ("--across", "z"), ("--overlap", "2"), ("--max-iterations", "0"),
                       ("--direction", "up"), ("--unit", "mile"), ("--crop", "1"), ("--max-edge", "0"),
                       ("--duplicates", "many"), ("--border", "none"), ("--palette", "grey"), ("--map-width", "9"),

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 #include "isopach/apps/mirror.hpp"
 #include "isopach/base/parallel.hpp"
@@ -21,7 +22,8 @@ namespace {
 
 constexpr std::size_t thin_points = 1500;  // of the scan that starts are tried on
 constexpr int most_rounds = 5;             // of match and turn; two are usual
-constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found
+constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
+constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
 constexpr double least_coverage = 0.3;     // of both areas: a start with less says nothing of symmetry
 
 /// The stages within the many matchings say nothing to the user.
@@ -33,6 +35,7 @@ Context without_progress(const Context& context) {
 
 void check(const AsymmetryOptions& o) {
   if (!(o.rim >= 0)) throw UsageError(fmt::format("--rim: {} is no width: a number from 0 on", o.rim));
+  if (!(o.depth >= 0)) throw UsageError(fmt::format("--depth: {} is no depth: a number above 0", o.depth));
   if (!o.compare.pose.is_identity()) throw UsageError("--pose: a face is taken as it is and the plane found in it");
   if (o.across && !(std::hypot(o.across->x, o.across->y, o.across->z) > 0))
     throw UsageError("--across: 0,0,0 is no direction: give one from one side of the face to the other, e.g. x");
@@ -62,6 +65,13 @@ Array<Point3> border_points(const MatchSurface& s) {
   return found;
 }
 
+void keep(ScanPoints& scan, const Array<unsigned char>& kept) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (kept[i] != 0) scan.points[n] = scan.points[i], scan.ids[n] = scan.ids[i], ++n;
+  scan.points.resize(n), scan.ids.resize(n);
+}
+
 void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, const std::string& path) {
   const Array<Point3> border = border_points(surface);
   const PointTree tree(border);
@@ -69,13 +79,32 @@ void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, co
   for_each_index(kept.size(), [&](std::size_t i) {
     kept[i] = tree.nearest_distance2({scan.points[i].x, scan.points[i].y, 0}) > rim * rim ? 1 : 0;
   });
-  std::size_t n = 0;
-  for (std::size_t i = 0; i < kept.size(); ++i)
-    if (kept[i] != 0) scan.points[n] = scan.points[i], scan.ids[n] = scan.ids[i], ++n;
-  if (n == 0)
+  keep(scan, kept);
+  if (scan.points.empty())
     throw InputError(fmt::format("--rim {}: no point of {} lies that far inside its border: give a smaller width", rim,
                                  path.empty() ? std::string("the scan") : path));
-  scan.points.resize(n), scan.ids.resize(n);
+}
+
+void leave_out_back(ScanPoints& scan, double depth) {
+  double foremost = -std::numeric_limits<double>::infinity();
+  for (const Point3& p : scan.points) foremost = std::max(foremost, p.z);
+  Array<unsigned char> kept(scan.points.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = scan.points[i].z >= foremost - depth ? 1 : 0;
+  keep(scan, kept);
+}
+
+/// The kept points as a height field in the same coordinates.
+HeightField field_of(const Array<Point3>& points, DuplicatePolicy duplicates, CurveBox& curve, const Context& context) {
+  Cloud cloud;
+  cloud.points = points;
+  ProjectOptions options;
+  options.duplicates = duplicates;
+  const Frame own = choose_frame(cloud, cloud, Pose{}, options, context);
+  HeightField field = project(cloud, Pose{}, own, options, context);
+  curve = own.curve;
+  for (Point2& p : field.xy) p = {p.x + own.origin.x, p.y + own.origin.y};
+  for (double& z : field.z) z += own.origin.z;
+  return field;
 }
 
 View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& context) {
@@ -89,16 +118,16 @@ View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& conte
   view.summary.cleaning = field.cleaning;
   for (const Point3& p : cloud.points)
     if (is_finite(p)) view.summary.bounds.add(p);
+  CurveBox curve = view.frame.curve;
+  if (o.depth > 0) {
+    leave_out_back(view.points, o.depth);
+    field = field_of(view.points.points, project_options.duplicates, curve, context);
+  }
   if (o.rim > 0) {
     const MatchSurface surface =
-        make_surface(std::move(field.xy), std::move(field.z), view.frame.curve, true, o.compare.max_edge, context);
+        make_surface(std::move(field.xy), std::move(field.z), curve, true, o.compare.max_edge, context);
     leave_out_rim(view.points, surface, o.rim, cloud.path);
-    Cloud inner;
-    inner.points = view.points.points;
-    const Frame own = choose_frame(inner, inner, Pose{}, {}, context);
-    field = project(inner, Pose{}, own, {}, context);
-    for (Point2& p : field.xy) p = {p.x + own.origin.x, p.y + own.origin.y};
-    for (double& z : field.z) z += own.origin.z;
+    field = field_of(view.points.points, project_options.duplicates, curve, context);
   }
   const std::size_t run = std::max<std::size_t>(1, field.xy.size() / thin_points);
   const MatchSurface few = thinned(field.xy, field.z, run, false, context);
@@ -211,11 +240,12 @@ Upright refined(const View& view, Upright place, const Point3& towards, Asymmetr
     a.plane.twist = found.twist, a.plane.glide = found.glide;
     describe_sigma(m, a.plane.sigma_angle, a.plane.sigma_offset);
     const double moved = size * std::hypot(found.normal.y, found.normal.z) + std::fabs(found.offset);
-    if (moved < stands_still * size || !m.converged) break;
-    if (round + 1 == most_rounds)
+    const double sigma = size * a.plane.sigma_angle * std::numbers::pi / 180 + a.plane.sigma_offset;
+    if (moved < std::max(stands_still * size, still_enough * sigma) || !m.converged) break;
+    if (round + 1 == most_rounds && moved > sigma)
       a.warnings.push_back(
           fmt::format("the symmetry plane still moved by {:.2g} of the size of the face when the "
-                      "search ended: take it as approximate",
+                      "search ended, more than its standard deviation: take it as approximate",
                       moved / size));
   }
   return place;

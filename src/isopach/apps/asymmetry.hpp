@@ -17,6 +17,7 @@ struct AsymmetryOptions {
   CompareOptions compare;        ///< scan, border and unit as in a comparison; `pose` is not used
   std::optional<Point3> across;  ///< from one side to the other, roughly; default: the first axis of the projection
   double rim = 0;                ///< points nearer than this to the border of the scan or of a hole are left out
+  double depth = 0;  ///< > 0: points farther than this behind the foremost one are left out (the back of a head)
   FaceParts parts = FaceParts::thirds;
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
