@@ -30,7 +30,7 @@ constexpr const char* footer =
     "  isopach asymmetry face.ply                              index, plane and regions on stdout\n"
     "  isopach asymmetry face.ply -o result --unit mm          and map, report, points with their asymmetry\n"
     "  isopach asymmetry face.ply --rim 8                      without the outermost 8 units: hair, frayed edges\n"
-    "  isopach asymmetry head.obj --depth 110                  the front of a head";
+    "  isopach asymmetry head.obj --depth 110 --visible        the front of a head";
 
 struct Request {
   std::string face, output, json, across;
@@ -137,6 +137,8 @@ int run_asymmetry(const Arguments& arguments) {
       .option("--depth", "LENGTH", options.depth,
               "Points farther than this behind the foremost one are left out: the back of a head (default: none)")
       ->check(positive());
+  command.flag("--visible", options.visible,
+               "Of a file with faces: points behind a face, as in the mouth or at the back, are left out");
   command.choice<FaceParts>("--regions", options.parts, {{"thirds", FaceParts::thirds}, {"halves", FaceParts::halves}},
                             "Parts of the face that are told apart, by height");
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
@@ -153,7 +155,9 @@ int run_asymmetry(const Arguments& arguments) {
   std::unique_ptr<OutputFolder> folder;
   if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
   Stopwatch watch;
-  const Cloud face = read_cloud(request.face, read_options(compare.project), run.context());
+  ReadOptions wanted = read_options(compare.project);
+  wanted.faces = options.visible;
+  const Cloud face = read_cloud(request.face, wanted, run.context());
   const double read_s = watch.lap();
   Asymmetry a = asymmetry(face, options, run.context());
   deliver(a, face, request, folder.get(), read_s, run);

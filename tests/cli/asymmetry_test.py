@@ -89,12 +89,25 @@ class Options(AsymmetryCli):
         self.assertNotEqual(self.told("--duplicates", "max", name="twice.xyz")["plane"],
                             self.told("--duplicates", "min", name="twice.xyz")["plane"])
 
+    def test_visible(self):
+        # A plate before the lower part of the face hides the points behind it, one behind the face none.
+        points = face(n=1500)
+        used = {}
+        for z in (-50, 12):
+            plate = [(-9, -12, z), (9, -12, z), (9, -7, z), (-9, -7, z)]
+            n = len(points)
+            self.write("plate.obj", ["v %r %r %r" % p for p in points + plate] +
+                       [f"f {n + 1} {n + 2} {n + 3}", f"f {n + 1} {n + 3} {n + 4}"])
+            used[z] = self.told("--visible", name="plate.obj")["input"]["used"]
+        self.assertEqual(used[-50], 1504)
+        self.assertEqual(used[12], 1504 - sum(1 for x, y, _ in points if -9 <= x <= 9 and y <= -7))
+
     def test_wrong_ones_are_named(self):
         for words in [("--rim", "-1"), ("--rim", "100"), ("--depth", "0"), ("--regions", "quarters"), ("--across", "left"),
                       ("--across", "0,0,0"), ("--across", "z"), ("--overlap", "2"), ("--max-iterations", "0"),
                       ("--direction", "up"), ("--unit", "mile"), ("--crop", "1"), ("--max-edge", "0"),
                       ("--duplicates", "many"), ("--border", "none"), ("--palette", "grey"), ("--map-width", "9"),
-                      ("--class", "2"), ("--output", ""), ("--json", "")]:
+                      ("--class", "2"), ("--visible",), ("--output", ""), ("--json", "")]:
             code = 3 if words in [("--rim", "100"), ("--class", "2")] else 2
             self.assertIn(words[0] if words[0] != "--class" else "class",
                           self.run_cli("asymmetry", "face.xyz", *words, code=code).stderr)

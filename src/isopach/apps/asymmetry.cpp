@@ -14,13 +14,14 @@
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/mesh.hpp"
 #include "isopach/distance/point_tree.hpp"
+#include "isopach/distance/surface_tree.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/match/surface.hpp"
 
 namespace isopach {
 namespace {
 
-constexpr std::size_t thin_points = 1500;  // of the scan that starts are tried on
+constexpr std::size_t thin_points = 1000;  // of the scan that starts are tried on
 constexpr int most_rounds = 5;             // of match and turn; two are usual
 constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
 constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
@@ -85,6 +86,26 @@ void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, co
                                  path.empty() ? std::string("the scan") : path));
 }
 
+/// Points that a face lies over, seen from where the direction comes from.
+void leave_out_hidden(ScanPoints& scan, const Cloud& cloud, const Frame& frame, const HeightField& field,
+                      const Context& context) {
+  if (cloud.faces.empty())
+    throw UsageError("--visible: the file has no faces that could hide a point: leave it out, or crop by --depth");
+  const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, context);
+  const SurfaceTree tree(mesh);
+  Box3 box;
+  for (const Point3& p : mesh.points) box.add(p);
+  const double depth = box.max.z - box.min.z, rounding = 1e-9 * (depth + box.max.x - box.min.x);
+  Array<unsigned char> kept(scan.points.size());
+  for_each_index(kept.size(), [&](std::size_t i) {
+    const Point3& p = scan.points[i];
+    const Crossing first = tree.cross({p.x, p.y, box.max.z + depth}, {0, 0, -1});
+    const bool hidden = first.face != no_index && box.max.z + depth - first.t > p.z + rounding;
+    kept[i] = hidden ? 0 : 1;
+  });
+  keep(scan, kept);
+}
+
 void leave_out_back(ScanPoints& scan, double depth) {
   double foremost = -std::numeric_limits<double>::infinity();
   for (const Point3& p : scan.points) foremost = std::max(foremost, p.z);
@@ -119,8 +140,9 @@ View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& conte
   for (const Point3& p : cloud.points)
     if (is_finite(p)) view.summary.bounds.add(p);
   CurveBox curve = view.frame.curve;
-  if (o.depth > 0) {
-    leave_out_back(view.points, o.depth);
+  if (o.visible) leave_out_hidden(view.points, cloud, view.frame, field, context);
+  if (o.depth > 0) leave_out_back(view.points, o.depth);
+  if (o.visible || o.depth > 0) {
     field = field_of(view.points.points, project_options.duplicates, curve, context);
   }
   if (o.rim > 0) {
@@ -202,15 +224,16 @@ Upright start_of(const Array<Point3>& thin, const Point3& across, const Asymmetr
   const Context silent = without_progress(context);
   std::vector<Trial> trials;
   std::string failure;
-  for (const double turn : {0.0, 15.0, -15.0})
-    for (const double shift : {0.0, 0.1, -0.1, 0.2, -0.2}) {
-      context.step("start", static_cast<double>(trials.size()) / 15);
-      try {
-        trials.push_back(tried(thin, middle.turned_and_shifted(turn, shift * width), across, o, silent));
-      } catch (const OverlapError& error) {
-        failure = error.what();
+  for (const double roll : {0.0, 15.0, -15.0})
+    for (const double turn : {0.0, 20.0, -20.0})
+      for (const double shift : {0.0, 0.15, -0.15}) {
+        context.step("start", static_cast<double>(trials.size()) / 27);
+        try {
+          trials.push_back(tried(thin, middle.turned_and_shifted(roll, turn, shift * width), across, o, silent));
+        } catch (const OverlapError& error) {
+          failure = error.what();
+        }
       }
-    }
   if (trials.empty()) throw OverlapError("no part of the face lies over its mirror image: " + failure);
   double noise = std::numeric_limits<double>::infinity();
   for (const Trial& t : trials)

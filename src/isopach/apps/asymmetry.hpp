@@ -17,7 +17,8 @@ struct AsymmetryOptions {
   CompareOptions compare;        ///< scan, border and unit as in a comparison; `pose` is not used
   std::optional<Point3> across;  ///< from one side to the other, roughly; default: the first axis of the projection
   double rim = 0;                ///< points nearer than this to the border of the scan or of a hole are left out
-  double depth = 0;  ///< > 0: points farther than this behind the foremost one are left out (the back of a head)
+  double depth = 0;      ///< > 0: points farther than this behind the foremost one are left out (the back of a head)
+  bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out
   FaceParts parts = FaceParts::thirds;
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
@@ -60,13 +61,13 @@ struct Asymmetry {
   Timing timing;
 };
 
-/// Start: of several planes about `across` (turned by up to 15 degrees, shifted by up to a fifth of the width, so that
-/// a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts of the plane, the one
-/// about which the largest area is symmetric. Then all motions on all points, turned into face coordinates, until the
-/// plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that of some matchings and a
-/// comparison with noise floor. A function of the set of points, the same bits for any number of threads. Errors:
-/// UsageError for options, OverlapError where no part of the scan lies over its mirror image, InputError as `project`
-/// and where heights have another unit than x and y. Test: tests/apps/asymmetry_test.cpp.
+/// Start: of 27 planes about `across` (turned by up to 15 degrees in the picture and 20 in depth, shifted by up to 15 %
+/// of the width, so that a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts
+/// of the plane, the one about which the largest area is symmetric. Then all motions on all points, turned into face
+/// coordinates, until the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that
+/// of some matchings and a comparison with noise floor. A function of the set of points, the same bits for any number
+/// of threads. Errors: UsageError for options, OverlapError where no part of the scan lies over its mirror image,
+/// InputError as `project` and where heights have another unit than x and y. Test: tests/apps/asymmetry_test.cpp.
 [[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
 
 }  // namespace isopach

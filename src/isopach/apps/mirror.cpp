@@ -78,10 +78,11 @@ Upright Upright::after(const Reflection& found, const Point3& towards) const {
   return {foot, axes_of(x)};
 }
 
-Upright Upright::turned_and_shifted(double degrees, double shift) const {
-  const double c = std::cos(degrees / degrees_per_radian), s = std::sin(degrees / degrees_per_radian);
-  const Point3 x = sum(scaled(axis(0), c), scaled(axis(1), s)), y = sum(scaled(axis(0), -s), scaled(axis(1), c));
-  return {sum(origin, scaled(x, shift)), {x.x, x.y, x.z, y.x, y.y, y.z, rotation[6], rotation[7], rotation[8]}};
+Upright Upright::turned_and_shifted(double roll, double turn, double shift) const {
+  const double a = roll / degrees_per_radian, b = turn / degrees_per_radian;
+  const Point3 level = sum(scaled(axis(0), std::cos(a)), scaled(axis(1), std::sin(a)));
+  const Point3 x = sum(scaled(level, std::cos(b)), scaled(axis(2), std::sin(b)));
+  return {sum(origin, scaled(x, shift)), axes_of(x)};
 }
 
 Upright Upright::recentred(const Array<Point3>& points) const {

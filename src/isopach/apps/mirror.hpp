@@ -44,8 +44,9 @@ struct Upright {
   /// Before a plane found in these coordinates: x along its normal, to the side of `towards`; z the direction (0, 0, 1)
   /// as far as it lies in the plane. Throws OverlapError where the plane lies across that direction.
   [[nodiscard]] Upright after(const Reflection& found, const Point3& towards) const;
-  /// The axes turned about z by `degrees`, the plane then shifted along x.
-  [[nodiscard]] Upright turned_and_shifted(double degrees, double shift) const;
+  /// The plane turned about z by `roll` and about y by `turn`, degrees, then shifted along its normal; the axes as in
+  /// `after`.
+  [[nodiscard]] Upright turned_and_shifted(double roll, double turn, double shift) const;
   /// The same plane and axes; y and z are 0 in the middle of the box of the points.
   [[nodiscard]] Upright recentred(const Array<Point3>& points) const;
 };

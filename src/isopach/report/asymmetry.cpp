@@ -61,6 +61,7 @@ Json parameters_json(const Asymmetry& a) {
           {"across", o.across ? point(*o.across) : Json(nullptr)},
           {"rim", real(o.rim)},
           {"depth", o.depth > 0 ? real(o.depth) : Json(nullptr)},
+          {"visible", o.visible},
           {"regions", to_text(o.parts)},
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
