@@ -84,14 +84,6 @@ void deliver_match(Matching& m, const Cloud& moving, const Request& request, Out
   }
 }
 
-double parse_overlap(const std::string& text) {
-  if (text == "auto") return 0;
-  const double share = parse_number(text, "--overlap");
-  if (!(share > 0 && share <= 1))
-    throw UsageError(fmt::format("--overlap: '{}' is not auto or a share above 0 and up to 1", text));
-  return share;
-}
-
 Freedom parse_freedom(const std::string& text) {
   Freedom f{false, false, false, false, false, false, false};
   const std::pair<const char*, bool*> names[] = {{"x", &f.shift_x},     {"y", &f.shift_y},     {"z", &f.shift_z},
@@ -154,6 +146,14 @@ void add_pair_options(Command& command, IcpOptions& icp) {
 }
 
 }  // namespace
+
+double parse_overlap(const std::string& text) {
+  if (text == "auto") return 0;
+  const double share = parse_number(text, "--overlap");
+  if (!(share > 0 && share <= 1))
+    throw UsageError(fmt::format("--overlap: '{}' is not auto or a share above 0 and up to 1", text));
+  return share;
+}
 
 void add_match_options(Command& command, MatchOptions& options) {
   command.heading("Matching");

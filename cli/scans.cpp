@@ -8,6 +8,12 @@ void add_scan_options(Command& command, ProjectOptions& project, std::string& po
                       const std::string& direction_help, const std::string& duplicates_help, const PoseOption& pose) {
   command.heading("Scans");
   command.parsed("--direction", "x|y|z|fit|X,Y,Z", project.direction, parse_direction, direction_help);
+  add_points_options(command, project, unit, duplicates_help);
+  command.option(pose.name, "FILE", pose_path, std::string("Four lines of four numbers: ") + pose.meaning);
+}
+
+void add_points_options(Command& command, ProjectOptions& project, std::string& unit,
+                        const std::string& duplicates_help) {
   command.choice<DuplicatePolicy>("--duplicates", project.duplicates,
                                   {{"mean", DuplicatePolicy::mean},
                                    {"min", DuplicatePolicy::min},
@@ -20,9 +26,8 @@ void add_scan_options(Command& command, ProjectOptions& project, std::string& po
                  "Keep only points of these LAS classes, e.g. 2 for ground (default all)");
   command.parsed("--crop", "XMIN,YMIN,XMAX,YMAX", project.crop, parse_crop,
                  "Keep only points inside this box, in input coordinates (default all)");
-  command.option(pose.name, "FILE", pose_path, std::string("Four lines of four numbers: ") + pose.meaning);
   command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", unit, parse_unit,
-                 "Unit of both inputs, where the files do not say it or say it wrongly");
+                 "Unit of the input, where the files do not say it or say it wrongly");
 }
 
 void add_border_options(Command& command, CompareOptions& options) {

@@ -19,6 +19,10 @@ void add_scan_options(Command& command, ProjectOptions& project, std::string& po
                       const std::string& direction_help, const std::string& duplicates_help,
                       const PoseOption& pose = {});
 
+/// Of these --duplicates, --class, --crop and --unit, under the heading at hand.
+void add_points_options(Command& command, ProjectOptions& project, std::string& unit,
+                        const std::string& duplicates_help);
+
 /// --border and --max-edge.
 void add_border_options(Command& command, CompareOptions& options);
 

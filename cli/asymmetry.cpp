@@ -1,0 +1,170 @@
+// isopach asymmetry FACE
+#include "isopach/apps/asymmetry.hpp"
+
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "cli/command.hpp"
+#include "cli/match.hpp"
+#include "cli/output.hpp"
+#include "cli/parse.hpp"
+#include "cli/scans.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/io/read.hpp"
+#include "isopach/report/asymmetry.hpp"
+#include "isopach/report/match.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "How the two sides of a face differ: its symmetry plane, an asymmetry index, which side stands out where. FACE is "
+    "a\n"
+    "scan seen from the front, upright within some 20 degrees; the plane is found, no landmarks are needed.\n";
+
+constexpr const char* footer =
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
+    "\n"
+    "Examples:\n"
+    "  isopach asymmetry face.ply                              index, plane and regions on stdout\n"
+    "  isopach asymmetry face.ply -o result --unit mm          and map, report, points with their asymmetry\n"
+    "  isopach asymmetry face.ply --rim 8                      without the outermost 8 units: hair, frayed edges\n"
+    "  isopach asymmetry head.obj --depth 110 --visible        the front of a head";
+
+struct Request {
+  std::string face, output, json, across;
+  AsymmetryOptions options;
+  MapOptions map;
+  RunOptions run;
+};
+
+void add_output_options(Command& command, Request& request) {
+  command.heading("Output");
+  command
+      .option("-o,--output", "DIR", request.output,
+              "Folder for result.json, report.html, asymmetry.png, points.ply (FACE with the attribute asymmetry), "
+              "pose.txt (takes FACE to face coordinates); made if it is not there")
+      ->check(not_empty());
+  command
+      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      ->check(not_empty());
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : palettes()) names.emplace_back(name, name);
+  command.choice<std::string>("--palette", request.map.palette, names, "Diverging colours of the map");
+  command.flag("--flip-palette", request.map.flip, "Swap the two ends of the palette");
+  command.option("--title", "TEXT", request.map.title, "Title of map and report");
+  command.option("--map-width", "PIXELS", request.map.width, "Width of the map")
+      ->check(whole_number(400, 16000))
+      ->capture_default_str();
+}
+
+void deliver(Asymmetry& a, const Cloud& face, const Request& request, OutputFolder* folder, double read_s, Run& run) {
+  const Context& context = run.context();
+  Stopwatch watch;
+  std::string map;
+  if (folder != nullptr) {
+    write_asymmetry_map(map = folder->path("asymmetry.png"), a, request.map, context);
+    write_asymmetry_points(folder->path("points.ply"), face, a, context);
+    folder->write_text("pose.txt", pose_text(a.to_face));
+  }
+  const double write_s = watch.lap();
+  a.timing.stages.insert(a.timing.stages.begin(), {"read", read_s});
+  a.timing.stages.emplace_back("write", write_s);
+  a.timing.total += read_s + write_s;
+  std::string json;
+  if (folder != nullptr) {
+    const std::string report = folder->path("report.html"), result = folder->path("result.json");
+    json = asymmetry_json(a, folder->names());
+    write_text_file(result, json);
+    write_asymmetry_html(report, a, map, json, request.map, context);
+    context.check();
+    folder->commit();
+  } else if (!request.json.empty()) {
+    json = asymmetry_json(a, {});
+  }
+  if (!request.json.empty()) write_json(request.json, json, run);
+  if (request.json != "-") {
+    run.show(asymmetry_text(a));
+  } else {
+    for (const std::string& warning : a.warnings) run.say("warning: " + warning);
+  }
+}
+
+Point3 parse_across(const std::string& text) {
+  if (text == "x") return {1, 0, 0};
+  if (text == "y") return {0, 1, 0};
+  if (text == "z") return {0, 0, 1};
+  Point3 v{0, 0, 0};
+  double* parts[3] = {&v.x, &v.y, &v.z};
+  std::size_t begin = 0;
+  for (int k = 0; k < 3; ++k) {
+    const std::size_t end = k < 2 ? text.find(',', begin) : text.size();
+    if (end == std::string::npos)
+      throw UsageError(fmt::format("--across: '{}' is not x, y, z or three numbers X,Y,Z", text));
+    *parts[k] = parse_number(text.substr(begin, end - begin), "--across");
+    begin = end + 1;
+  }
+  return v;
+}
+
+}  // namespace
+
+int run_asymmetry(const Arguments& arguments) {
+  Request request;
+  AsymmetryOptions& options = request.options;
+  CompareOptions& compare = options.compare;
+  Command command("asymmetry", description, footer);
+  command.positional("FACE", request.face, "Scan of a face; any format that compare reads");
+  add_output_options(command, request);
+  command.heading("Scan");
+  command.parsed("--direction", "x|y|z|fit|X,Y,Z", compare.project.direction, parse_direction,
+                 "Direction from the face to the viewer; fit: normal of the plane fitted to the scan (default z)");
+  command.option("--across", "x|y|z|X,Y,Z", request.across,
+                 "From one side of the face to the other, roughly; the positive side lies that way (default x; for "
+                 "--direction x y, for y z)");
+  add_points_options(command, compare.project, compare.unit,
+                     "Height of points of the scan with the same place; error: refuse such a scan");
+  command.flag("--allow-crs", compare.allow_crs, "Go on although the CRS is in degrees or Web Mercator");
+  add_border_options(command, compare);
+  command.heading("Asymmetry");
+  command
+      .option("--rim", "WIDTH", options.rim,
+              "Points nearer than this to the border of the scan, or of a hole in it, are left out: hair, noise at the "
+              "rim (default 0)")
+      ->check(not_negative());
+  command
+      .option("--depth", "LENGTH", options.depth,
+              "Points farther than this behind the foremost one are left out: the back of a head (default: none)")
+      ->check(positive());
+  command.flag("--visible", options.visible,
+               "Of a file with faces: points behind a face, as in the mouth or at the back, are left out");
+  command.choice<FaceParts>("--regions", options.parts, {{"thirds", FaceParts::thirds}, {"halves", FaceParts::halves}},
+                            "Parts of the face that are told apart, by height");
+  command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
+                 "Share of the area that the plane is fitted to; auto: all that differs no more than noise; 1: "
+                 "everything (default auto)");
+  command.option("--max-iterations", "N", options.max_iterations, "Most steps of a search on all points")
+      ->check(whole_number(1, 100000))
+      ->capture_default_str();
+  add_run_options(command, request.run);
+  if (!command.parse(arguments)) return 0;
+  if (!request.across.empty()) options.across = parse_across(request.across);
+
+  Run run(request.run);
+  std::unique_ptr<OutputFolder> folder;
+  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  Stopwatch watch;
+  ReadOptions wanted = read_options(compare.project);
+  wanted.faces = options.visible;
+  const Cloud face = read_cloud(request.face, wanted, run.context());
+  const double read_s = watch.lap();
+  Asymmetry a = asymmetry(face, options, run.context());
+  deliver(a, face, request, folder.get(), read_s, run);
+  if (!a.converged)
+    throw Error(ExitCode::not_converged,
+                a.reason + ": the plane is the best one found; allow more steps (--max-iterations)");
+  return 0;
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,367 @@
+// THE PAGE of asymmetry: mirror, match, compare, tell by region (METHOD section 5).
+#include "isopach/apps/asymmetry.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "isopach/apps/mirror.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/compare/compare.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/distance/mesh.hpp"
+#include "isopach/distance/point_tree.hpp"
+#include "isopach/distance/surface_tree.hpp"
+#include "isopach/match/match.hpp"
+#include "isopach/match/surface.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr std::size_t thin_points = 1000;  // of the scan that starts are tried on
+constexpr int most_rounds = 5;             // of match and turn; two are usual
+constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
+constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
+constexpr double least_coverage = 0.3;     // of both areas: a start with less says nothing of symmetry
+
+/// The stages within the many matchings say nothing to the user.
+Context without_progress(const Context& context) {
+  Context silent = context;
+  silent.progress = nullptr;
+  return silent;
+}
+
+void check(const AsymmetryOptions& o) {
+  if (!(o.rim >= 0)) throw UsageError(fmt::format("--rim: {} is no width: a number from 0 on", o.rim));
+  if (!(o.depth >= 0)) throw UsageError(fmt::format("--depth: {} is no depth: a number above 0", o.depth));
+  if (!o.compare.pose.is_identity()) throw UsageError("--pose: a face is taken as it is and the plane found in it");
+  if (o.across && !(std::hypot(o.across->x, o.across->y, o.across->z) > 0))
+    throw UsageError("--across: 0,0,0 is no direction: give one from one side of the face to the other, e.g. x");
+}
+
+/// Which points of the scan take part, in the coordinates of its frame.
+struct View {
+  Frame frame;
+  ScanPoints points;
+  Array<Point3> thin;  // means of neighbouring points
+  InputSummary summary;
+};
+
+/// The ends of the edges between what the sampling supports and what not.
+Array<Point3> border_points(const MatchSurface& s) {
+  Array<Point3> found;
+  for (Index t = 0; t < s.t.real; ++t) {
+    if (!s.footprint.keeps(t)) continue;
+    for (Index k = 0; k < 3; ++k) {
+      const Index other = triangle_of(s.t.triangles[t].n[k]);
+      if (!s.t.is_ghost(other) && s.footprint.keeps(other)) continue;
+      const Point2 &p = s.xy[s.t.triangles[t].v[k]], &q = s.xy[s.t.triangles[t].v[next_side(k)]];
+      found.push_back({p.x, p.y, 0});
+      found.push_back({(p.x + q.x) / 2, (p.y + q.y) / 2, 0});
+    }
+  }
+  return found;
+}
+
+void keep(ScanPoints& scan, const Array<unsigned char>& kept) {
+  std::size_t n = 0;
+  for (std::size_t i = 0; i < kept.size(); ++i)
+    if (kept[i] != 0) scan.points[n] = scan.points[i], scan.ids[n] = scan.ids[i], ++n;
+  scan.points.resize(n), scan.ids.resize(n);
+}
+
+void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, const std::string& path) {
+  const Array<Point3> border = border_points(surface);
+  const PointTree tree(border);
+  Array<unsigned char> kept(scan.points.size());
+  for_each_index(kept.size(), [&](std::size_t i) {
+    kept[i] = tree.nearest_distance2({scan.points[i].x, scan.points[i].y, 0}) > rim * rim ? 1 : 0;
+  });
+  keep(scan, kept);
+  if (scan.points.empty())
+    throw InputError(fmt::format("--rim {}: no point of {} lies that far inside its border: give a smaller width", rim,
+                                 path.empty() ? std::string("the scan") : path));
+}
+
+/// Points that a face lies over, seen from where the direction comes from.
+void leave_out_hidden(ScanPoints& scan, const Cloud& cloud, const Frame& frame, const HeightField& field,
+                      const Context& context) {
+  if (cloud.faces.empty())
+    throw UsageError("--visible: the file has no faces that could hide a point: leave it out, or crop by --depth");
+  const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, context);
+  const SurfaceTree tree(mesh);
+  Box3 box;
+  for (const Point3& p : mesh.points) box.add(p);
+  const double depth = box.max.z - box.min.z, rounding = 1e-9 * (depth + box.max.x - box.min.x);
+  Array<unsigned char> kept(scan.points.size());
+  for_each_index(kept.size(), [&](std::size_t i) {
+    const Point3& p = scan.points[i];
+    const Crossing first = tree.cross({p.x, p.y, box.max.z + depth}, {0, 0, -1});
+    const bool hidden = first.face != no_index && box.max.z + depth - first.t > p.z + rounding;
+    kept[i] = hidden ? 0 : 1;
+  });
+  keep(scan, kept);
+}
+
+void leave_out_back(ScanPoints& scan, double depth) {
+  double foremost = -std::numeric_limits<double>::infinity();
+  for (const Point3& p : scan.points) foremost = std::max(foremost, p.z);
+  Array<unsigned char> kept(scan.points.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = scan.points[i].z >= foremost - depth ? 1 : 0;
+  keep(scan, kept);
+}
+
+/// The kept points as a height field in the same coordinates.
+HeightField field_of(const Array<Point3>& points, DuplicatePolicy duplicates, CurveBox& curve, const Context& context) {
+  Cloud cloud;
+  cloud.points = points;
+  ProjectOptions options;
+  options.duplicates = duplicates;
+  const Frame own = choose_frame(cloud, cloud, Pose{}, options, context);
+  HeightField field = project(cloud, Pose{}, own, options, context);
+  curve = own.curve;
+  for (Point2& p : field.xy) p = {p.x + own.origin.x, p.y + own.origin.y};
+  for (double& z : field.z) z += own.origin.z;
+  return field;
+}
+
+View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& context) {
+  View view;
+  const ProjectOptions& project_options = o.compare.project;
+  view.frame = choose_frame(cloud, cloud, Pose{}, project_options, context);
+  HeightField field = project(cloud, Pose{}, view.frame, project_options, context);
+  view.points = scan_points(cloud, Pose{}, view.frame, field);
+  view.summary = stages::summarise_file(cloud, "face");
+  view.summary.nodes = field.xy.size();
+  view.summary.cleaning = field.cleaning;
+  for (const Point3& p : cloud.points)
+    if (is_finite(p)) view.summary.bounds.add(p);
+  CurveBox curve = view.frame.curve;
+  if (o.visible) leave_out_hidden(view.points, cloud, view.frame, field, context);
+  if (o.depth > 0) leave_out_back(view.points, o.depth);
+  if (o.visible || o.depth > 0) {
+    field = field_of(view.points.points, project_options.duplicates, curve, context);
+  }
+  if (o.rim > 0) {
+    const MatchSurface surface =
+        make_surface(std::move(field.xy), std::move(field.z), curve, true, o.compare.max_edge, context);
+    leave_out_rim(view.points, surface, o.rim, cloud.path);
+    field = field_of(view.points.points, project_options.duplicates, curve, context);
+  }
+  const std::size_t run = std::max<std::size_t>(1, field.xy.size() / thin_points);
+  const MatchSurface few = thinned(field.xy, field.z, run, false, context);
+  view.thin.resize(few.xy.size());
+  for (std::size_t i = 0; i < view.thin.size(); ++i) view.thin[i] = {few.xy[i].x, few.xy[i].y, few.z[i]};
+  return view;
+}
+
+/// Options of a comparison of two clouds that are in face coordinates already.
+CompareOptions upright_options(const CompareOptions& given) {
+  CompareOptions o = given;
+  o.project = {};
+  o.project.duplicates = given.project.duplicates;
+  o.pose = {};
+  return o;
+}
+
+MatchOptions match_options(const AsymmetryOptions& o, bool plane_only) {
+  MatchOptions m;
+  m.compare = upright_options(o.compare);
+  m.compare.check_layers = false;
+  m.overlap = o.overlap;
+  m.max_iterations = o.max_iterations;
+  if (plane_only) m.freedom = {true, false, false, false, true, true, false};
+  return m;
+}
+
+/// A start that was tried: the plane it led to, and how the thinned face differs from its mirror image there.
+struct Trial {
+  Upright place;
+  struct Cell {
+    double area, most;  // largest |d|
+  };
+  std::vector<Cell> cells;
+  double spread = 0, coverage = 0;
+
+  [[nodiscard]] double symmetric_area(double within) const {
+    double area = 0;
+    for (const Cell& c : cells) area += c.most <= within ? c.area : 0;
+    return area;
+  }
+};
+
+Trial tried(const Array<Point3>& thin, const Upright& start, const Point3& towards, const AsymmetryOptions& o,
+            const Context& context) {
+  MatchOptions options = match_options(o, true);
+  options.max_iterations = std::min(o.max_iterations, 30);
+  options.compare.border = BorderRule::hull;
+  options.compare.max_edge = 0;
+  const Cloud before = placed(thin, start);
+  Trial trial;
+  trial.place = start.after(reflection_of(match(mirrored(before), before, options, context).pose), towards);
+  const Cloud after = placed(thin, trial.place);
+  const Comparison c = compare(mirrored(after), after, options.compare, context);
+  const CellView cells = c.cells.view();
+  for (std::size_t i = 0; i < cells.t.real; ++i) {
+    if (cells.in_domain[i] == 0) continue;
+    const Cell cell = cell_at(cells, i);
+    trial.cells.push_back({cell.area, std::max({std::fabs(cell.d[0]), std::fabs(cell.d[1]), std::fabs(cell.d[2])})});
+  }
+  trial.spread = c.measures.difference.nmad;
+  trial.coverage = c.coverage;
+  return trial;
+}
+
+/// The plane about which the largest area is symmetric within the noise of the best.
+Upright start_of(const Array<Point3>& thin, const Point3& across, const AsymmetryOptions& o, const Context& context) {
+  const Upright middle = upright_through_middle(thin, across);
+  Box3 box;
+  for (const Point3& p : thin) box.add(middle.apply(p));
+  const double width = box.max.x - box.min.x;
+  const Context silent = without_progress(context);
+  std::vector<Trial> trials;
+  std::string failure;
+  for (const double roll : {0.0, 15.0, -15.0})
+    for (const double turn : {0.0, 20.0, -20.0})
+      for (const double shift : {0.0, 0.15, -0.15}) {
+        context.step("start", static_cast<double>(trials.size()) / 27);
+        try {
+          trials.push_back(tried(thin, middle.turned_and_shifted(roll, turn, shift * width), across, o, silent));
+        } catch (const OverlapError& error) {
+          failure = error.what();
+        }
+      }
+  if (trials.empty()) throw OverlapError("no part of the face lies over its mirror image: " + failure);
+  double noise = std::numeric_limits<double>::infinity();
+  for (const Trial& t : trials)
+    if (t.coverage >= least_coverage) noise = std::min(noise, t.spread);
+  if (!std::isfinite(noise)) return trials.front().place;
+  const Trial* best = &trials.front();
+  for (const Trial& t : trials)
+    if (t.symmetric_area(3 * noise) > best->symmetric_area(3 * noise)) best = &t;
+  return best->place;
+}
+
+/// Matches and turns until the plane stands still.
+Upright refined(const View& view, Upright place, const Point3& towards, Asymmetry& a, const Context& context) {
+  const MatchOptions options = match_options(a.options, false);
+  const Context silent = without_progress(context);
+  for (int round = 0; round < most_rounds; ++round) {
+    context.step("match", static_cast<double>(round) / most_rounds);
+    const Cloud face = placed(view.points.points, place);
+    const Matching m = match(mirrored(face), face, options, silent);
+    const Reflection found = reflection_of(m.pose);
+    const double size = size_of(face);
+    place = place.after(found, towards);
+    a.iterations += m.iterations;
+    a.converged = m.converged;
+    a.reason = m.reason;
+    a.overlap = m.overlap;
+    a.plane.twist = found.twist, a.plane.glide = found.glide;
+    describe_sigma(m, a.plane.sigma_angle, a.plane.sigma_offset);
+    const double moved = size * std::hypot(found.normal.y, found.normal.z) + std::fabs(found.offset);
+    const double sigma = size * a.plane.sigma_angle * std::numbers::pi / 180 + a.plane.sigma_offset;
+    if (moved < std::max(stands_still * size, still_enough * sigma) || !m.converged) break;
+    if (round + 1 == most_rounds && moved > sigma)
+      a.warnings.push_back(
+          fmt::format("the symmetry plane still moved by {:.2g} of the size of the face when the "
+                      "search ended, more than its standard deviation: take it as approximate",
+                      moved / size));
+  }
+  return place;
+}
+
+void describe_plane(const View& view, const Upright& place, Asymmetry& a) {
+  const auto turned_back = [&](const Point3& v) {
+    const auto& r = view.frame.rotation;
+    return Point3{r[0] * v.x + r[3] * v.y + r[6] * v.z, r[1] * v.x + r[4] * v.y + r[7] * v.z,
+                  r[2] * v.x + r[5] * v.y + r[8] * v.z};
+  };
+  const std::array<Point3, 3> axes{turned_back(place.axis(0)), turned_back(place.axis(1)), turned_back(place.axis(2))};
+  const Point3 origin = view.frame.to_input(place.origin);
+  a.plane.normal = axes[0];
+  a.plane.point = origin;
+  a.plane.offset = dot(axes[0], origin);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Point3& r = axes[k];
+    a.to_face.m[4 * k] = r.x, a.to_face.m[4 * k + 1] = r.y, a.to_face.m[4 * k + 2] = r.z;
+    a.to_face.m[4 * k + 3] = -dot(r, origin);
+  }
+}
+
+void describe_index(Asymmetry& a) {
+  const Comparison& c = a.comparison;
+  AsymmetryIndex& index = a.index;
+  index.size = std::sqrt(c.domain_area);
+  const auto percent = [&](double rho) { return 100 * rho / index.size; };
+  index.raw = percent(c.measures.rho);
+  index.floor = percent(c.noise_floor->rho);
+  index.percent = percent(c.noise_floor->debiased_rho);
+}
+
+/// A copy of the file's description without its points.
+Cloud description_of(const Cloud& cloud) {
+  Cloud empty;
+  empty.path = cloud.path, empty.format = cloud.format, empty.unit = cloud.unit;
+  empty.vertical_unit = cloud.vertical_unit, empty.crs = cloud.crs;
+  return empty;
+}
+
+Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context& context) {
+  Asymmetry a;
+  a.options = options;
+  check(options);
+  const Cloud description = description_of(cloud);
+  a.unit = unit_in_space(description, options.compare, a.warnings);
+  stages::Clock clock(a.timing, context);
+
+  clock.start("project");
+  const View view = view_of(cloud, options, context);
+  a.face = view.summary;
+  const Point3 across = across_in_view(options.across, view.frame);
+
+  clock.start("start");
+  const Upright start = start_of(view.thin, across, options, context);
+
+  clock.start("match");
+  const Upright place = refined(view, start.recentred(view.points.points), across, a, context);
+  const Upright upright = place.recentred(view.points.points);
+  describe_plane(view, upright, a);
+
+  clock.start("compare");
+  Cloud face = placed(view.points.points, upright);
+  face.path = cloud.path;
+  face.unit = face.vertical_unit = a.unit;
+  Cloud mirror = mirrored(face);
+  mirror.path = "its mirror image";
+  CompareOptions compare_options = upright_options(options.compare);
+  compare_options.noise_floor = true;
+  compare_options.unit.clear();
+  a.comparison = compare(mirror, face, compare_options, context);
+
+  clock.start("regions");
+  describe_index(a);
+  a.regions = face_regions(a.comparison.cells.view(), options.parts, context);
+  a.of_point.assign(cloud.points.size(), std::numeric_limits<double>::quiet_NaN());
+  for (std::size_t i = 0; i < view.points.ids.size(); ++i)
+    a.of_point[view.points.ids[i]] = a.comparison.fields_b.dz_signed[i];
+  clock.stop();
+  for (const std::string& w : a.comparison.warnings)
+    if (std::find(a.warnings.begin(), a.warnings.end(), w) == a.warnings.end()) a.warnings.push_back(w);
+  for (const std::string& note : cloud.notes) a.warnings.push_back(note);
+  if (!a.converged) a.warnings.push_back("the search for the plane did not converge: " + a.reason);
+  return a;
+}
+
+}  // namespace
+
+Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context) {
+  Asymmetry result;
+  run_with_threads(context.threads, [&] { result = run(face, options, context); });
+  return result;
+}
+
+}  // namespace isopach

@@ -1,0 +1,73 @@
+// asymmetry(face): how the two sides of a face (or of any surface that is nearly its own mirror image) differ. The face
+// is matched to its mirror image, which gives the symmetry plane; then both are compared, and the result is told by
+// region (METHOD section 5, application 1). The plane as that of the best motion of the mirror image: S. Benz et al.,
+// "The symmetry of faces", VMV 2002.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "isopach/apps/face_regions.hpp"
+#include "isopach/compare/comparison.hpp"
+#include "isopach/match/matching.hpp"
+
+namespace isopach {
+
+struct AsymmetryOptions {
+  CompareOptions compare;        ///< scan, border and unit as in a comparison; `pose` is not used
+  std::optional<Point3> across;  ///< from one side to the other, roughly; default: the first axis of the projection
+  double rim = 0;                ///< points nearer than this to the border of the scan or of a hole are left out
+  double depth = 0;      ///< > 0: points farther than this behind the foremost one are left out (the back of a head)
+  bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out
+  FaceParts parts = FaceParts::thirds;
+  double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
+  int max_iterations = 100;  ///< of each of the few searches
+};
+
+/// Input coordinates. The positive side is the one that `normal` points to; `normal` goes along options.across.
+struct SymmetryPlane {
+  Point3 normal{1, 0, 0};
+  Point3 point{0, 0, 0};        ///< of the plane, nearest the middle of the face
+  double offset = 0;            ///< normal · p = offset for every p of the plane
+  double sigma_angle = 0;       ///< standard deviation of the direction of the normal, degrees
+  double sigma_offset = 0;      ///< of the offset at `point`
+  double twist = 0, glide = 0;  ///< degrees, length: what the best motion of the mirror image does beyond a reflection
+};
+
+/// The index is ρ between the face and its mirror image, in percent of the size of the face, √area: it has no unit and
+/// does not change with scale. `floor` is what a symmetric face with these points and this noise would show (see
+/// NoiseFloor), `raw` the index with it, `percent` without.
+struct AsymmetryIndex {
+  double percent = 0, raw = 0, floor = 0;
+  double size = 0;  ///< √area
+};
+
+struct Asymmetry {
+  AsymmetryOptions options;
+  InputSummary face;
+  std::string unit = "unknown";
+  SymmetryPlane plane;
+  Pose to_face;  ///< T_face_input. Face coordinates: x from the plane to the positive side, z along the direction as
+                 ///< far as it lies in the plane, y = z × x; the origin is plane.point
+  Comparison comparison;  ///< A: the mirror image, B: the face, both in face coordinates: d(−x, y) = −d(x, y)
+  AsymmetryIndex index;
+  std::vector<SideDifference> regions;  ///< the whole first
+  Array<double> of_point;  ///< per input point: its height above the mirrored other side; NaN: dropped or no other side
+  int iterations = 0;
+  bool converged = false;
+  std::string reason;
+  double overlap = 1;  ///< share of the area that was taken for symmetric and fitted
+  std::vector<std::string> warnings;
+  Timing timing;
+};
+
+/// Start: of 27 planes about `across` (turned by up to 15 degrees in the picture and 20 in depth, shifted by up to 15 %
+/// of the width, so that a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts
+/// of the plane, the one about which the largest area is symmetric. Then all motions on all points, turned into face
+/// coordinates, until the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that
+/// of some matchings and a comparison with noise floor. A function of the set of points, the same bits for any number
+/// of threads. Errors: UsageError for options, OverlapError where no part of the scan lies over its mirror image,
+/// InputError as `project` and where heights have another unit than x and y. Test: tests/apps/asymmetry_test.cpp.
+[[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
+
+}  // namespace isopach

@@ -1,0 +1,358 @@
+#include "isopach/report/asymmetry.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "isopach/io/write.hpp"
+#include "isopach/report/page.hpp"
+#include "isopach/report/words.hpp"
+#include "isopach/version.hpp"
+
+namespace isopach {
+namespace {
+
+using Json = nlohmann::ordered_json;
+constexpr Typography plain = Typography::plain, fine = Typography::fine;
+
+Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
+Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
+Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
+
+const char* to_text(FaceParts parts) { return parts == FaceParts::thirds ? "thirds" : "halves"; }
+
+/// "+x" where the normal is nearest to that axis of the file.
+std::string positive_side(const Asymmetry& a) {
+  const double n[3] = {a.plane.normal.x, a.plane.normal.y, a.plane.normal.z};
+  int most = 0;
+  for (int k = 1; k < 3; ++k)
+    if (std::fabs(n[k]) > std::fabs(n[most])) most = k;
+  return std::string(n[most] < 0 ? "-" : "+") + "xyz"[most];
+}
+std::string negative_side(const Asymmetry& a) {
+  std::string side = positive_side(a);
+  side[0] = side[0] == '+' ? '-' : '+';
+  return side;
+}
+
+Json input_json(const Asymmetry& a) {
+  const InputSummary& in = a.face;
+  const Cleaning& k = in.cleaning;
+  return {{"path", in.path},
+          {"points", in.points},
+          {"nodes", in.nodes},
+          {"used", a.comparison.b.points},
+          {"unit", in.unit},
+          {"vertical_unit", in.vertical_unit},
+          {"crs", text_or_null(in.crs)},
+          {"format", in.format},
+          {"bounds", {{"min", point(in.bounds.min)}, {"max", point(in.bounds.max)}}},
+          {"dropped", {{"nonfinite", k.dropped_nonfinite}, {"class", k.dropped_class}, {"crop", k.dropped_crop}}}};
+}
+
+Json parameters_json(const Asymmetry& a) {
+  const AsymmetryOptions& o = a.options;
+  const CompareOptions& c = o.compare;
+  const auto& crop = c.project.crop;
+  Json box = nullptr;
+  if (crop) box = Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
+  return {{"direction_rule", to_text(c.project.direction.kind)},
+          {"across", o.across ? point(*o.across) : Json(nullptr)},
+          {"rim", real(o.rim)},
+          {"depth", o.depth > 0 ? real(o.depth) : Json(nullptr)},
+          {"visible", o.visible},
+          {"regions", to_text(o.parts)},
+          {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
+          {"max_iterations", o.max_iterations},
+          {"border", to_text(c.border)},
+          {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
+          {"duplicates", to_text(c.project.duplicates)},
+          {"class", c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes)},
+          {"crop", box},
+          {"unit", a.unit},
+          {"allow_crs", c.allow_crs}};
+}
+
+Json plane_json(const Asymmetry& a) {
+  const SymmetryPlane& p = a.plane;
+  return {{"normal", point(p.normal)},
+          {"point", point(p.point)},
+          {"offset", real(p.offset)},
+          {"sigma_angle_deg", real(p.sigma_angle)},
+          {"sigma_offset", real(p.sigma_offset)},
+          {"twist_deg", real(p.twist)},
+          {"glide", real(p.glide)},
+          {"positive_side", positive_side(a)}};
+}
+
+Json pose_json(const Asymmetry& a) {
+  Json rows = Json::array();
+  const auto& m = a.to_face.m;
+  for (std::size_t i = 0; i < 16; i += 4)
+    rows.push_back(Json::array({real(m[i]), real(m[i + 1]), real(m[i + 2]), real(m[i + 3])}));
+  return {{"convention", "face = matrix * input, row-major; the symmetry plane is x = 0 of the face"},
+          {"matrix", rows}};
+}
+
+Json regions_json(const Asymmetry& a) {
+  Json rows = Json::array();
+  for (const SideDifference& r : a.regions)
+    rows.push_back({{"name", r.name},
+                    {"area", real(r.area)},
+                    {"directional", real(r.directional)},
+                    {"absolute", real(r.absolute)},
+                    {"rms", real(r.rms)},
+                    {"largest", real(r.largest)},
+                    {"volume",
+                     {{"positive", real(r.volume.above)},
+                      {"negative", real(r.volume.below)},
+                      {"net", real(r.volume.net)},
+                      {"absolute", real(r.volume.absolute)}}}});
+  return rows;
+}
+
+Json difference_json(const Asymmetry& a) {
+  const DifferenceStatistics& d = a.comparison.measures.difference;
+  Json percentiles;
+  for (std::size_t k = 0; k < percentile_levels.size(); ++k)
+    percentiles[std::to_string(percentile_levels[k])] = real(d.abs_percentiles[k]);
+  return {{"rms", real(d.rms)},
+          {"nmad", real(d.nmad)},
+          {"largest", real(std::max(d.max_above, d.max_below))},
+          {"abs_percentiles", percentiles}};
+}
+
+std::string index_words(const Asymmetry& a, Typography t) {
+  return "asymmetry index " + number(a.index.percent, t, 3) + (t == fine ? "\u00a0%" : " %");
+}
+
+/// "the +x side stands out by 0.31 mm on average"
+std::string direction_words(const Asymmetry& a, Typography t) {
+  const double d = a.regions.front().directional;
+  return "the " + (d < 0 ? negative_side(a) : positive_side(a)) + " side stands out by " + number(std::fabs(d), t, 3) +
+         (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
+}
+
+void line(std::string& out, const char* label, const std::string& text) {
+  out += fmt::format("  {:<16}{}\n", label, text);
+}
+
+class Page : public HtmlPage {
+ public:
+  Page(const Asymmetry& a, const std::string& json, const MapOptions& look)
+      : HtmlPage(json),
+        a_(a),
+        title_(look.title.empty() ? "Asymmetry of " + input_name(a.face) : clean_utf8(look.title)),
+        unit_(unit_text(a.unit)),
+        area_(unit_text(a.unit, 2)),
+        volume_(unit_text(a.unit, 3)),
+        plus_(escaped(positive_side(a))),
+        minus_(escaped(negative_side(a))) {}
+
+  [[nodiscard]] std::string write(const std::string& map_png) {
+    open_page(title_);
+    head(map_png);
+    regions();
+    plane();
+    numbers();
+    settings();
+    timing();
+    raw();
+    close_page();
+    return out_;
+  }
+
+ private:
+  [[nodiscard]] std::string brief(const std::string& key, int digits) const {
+    return datum(key, number(value(key), fine, digits));
+  }
+  [[nodiscard]] std::string brief_sign(const std::string& key, int digits) const {
+    return datum(key, signed_number(value(key), fine, digits));
+  }
+
+  void head(const std::string& map_png) {
+    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
+            brief("measure.rho_debiased", 3) + "\u00a0" + unit_ + " on average, " + brief("index.percent", 3) +
+            "\u00a0% of the size of the face; " + direction_words(a_, fine) +
+            ".</p>\n<p class=\"soft\">The face is compared with its own mirror image about the symmetry plane found. d "
+            "is the "
+            "height of a side above the other side, mirrored: positive where it stands out further. Lengths: " +
+            unit_sentence(a_.unit) + ".</p>\n</header>\n<div class=\"cards\">\n";
+    card(brief("index.percent", 3), "%", "asymmetry index, noise floor taken off");
+    card(brief("index.floor", 3), "%", "noise floor: what a symmetric face would show");
+    card(brief_sign("regions.0.directional", 3), unit_, plus_ + " side less " + minus_ + " side (directional)");
+    card(brief("regions.0.absolute", 3), unit_, "mean |d| (absolute)");
+    card(percent("domain.coverage"), "%", "of the area compared");
+    out_ += "</div>\n";
+    warnings();
+    if (!map_png.empty()) picture(map_png, "Map of the left-right differences, with the symmetry plane");
+  }
+
+  void regions() {
+    open_table("By region", "<th>region</th><th class=\"n\">directional, " + unit_ + "</th><th class=\"n\">absolute, " +
+                                unit_ + "</th><th class=\"n\">RMS, " + unit_ + "</th><th class=\"n\">largest, " +
+                                unit_ + "</th><th class=\"n\">" + plus_ + " further out, " + volume_ +
+                                "</th><th class=\"n\">" + minus_ + " further out, " + volume_ +
+                                "</th><th class=\"n\">net, " + volume_ + "</th><th class=\"n\">area, " + area_ +
+                                "</th>");
+    for (std::size_t i = 0; i < a_.regions.size(); ++i) {
+      const std::string row = "regions." + std::to_string(i) + ".";
+      out_ += "<tr><th scope=\"row\">" + escaped(a_.regions[i].name) + "</th>";
+      for (const std::string& cell :
+           {brief_sign(row + "directional", 3), brief(row + "absolute", 3), brief(row + "rms", 3),
+            brief(row + "largest", 3), plain(row + "volume.positive"), plain(row + "volume.negative"),
+            with_sign(row + "volume.net"), plain(row + "area")})
+        out_ += "<td class=\"n\">" + cell + "</td>";
+      out_ += "</tr>\n";
+    }
+    close_table();
+    out_ += "<p class=\"soft\">The " + plus_ + " side of each region against its mirror image on the " + minus_ +
+            " side; area is that of one side. Directional: net volume ÷ area, which side stands out and how far. "
+            "Absolute: "
+            "how much the sides differ, whichever stands out; noise adds up to " +
+            brief("measure.rho_floor", 3) + "\u00a0" + unit_ + " to it.</p>\n";
+  }
+
+  void plane() {
+    open_table("The symmetry plane", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
+    for (const auto& [k, name] :
+         {std::pair{"0", "normal, x"}, std::pair{"1", "normal, y"}, std::pair{"2", "normal, z"}})
+      row(name, brief_sign(std::string("plane.normal.") + k, 6), "",
+          *k == '0' ? "unit vector to the " + plus_ + " side, input coordinates" : std::string());
+    row("offset", brief_sign("plane.offset", 7), unit_, "normal · p for every point p of the plane");
+    row("its direction", brief("plane.sigma_angle_deg", 2), "°", "one standard deviation, from the residuals");
+    row("its place", brief("plane.sigma_offset", 2), unit_, "likewise, at the middle of the face");
+    row("twist", brief("plane.twist_deg", 2), "°",
+        "turn about the normal that would fit better than a pure reflection: near 0 for a face");
+    row("glide", brief("plane.glide", 2), unit_, "shift along the plane, likewise");
+    row("fitted", percent("fit.overlap"), "% of area",
+        "taken for symmetric; the rest differs more than noise and does not pull at the plane");
+    close_table();
+  }
+
+  void numbers() {
+    open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
+    row("index, measured", brief("index.raw", 3), "%", "100 ρ ÷ size, with what points and noise add");
+    row("size", plain("index.size"), unit_, "square root of the area compared");
+    row("ρ, mean |d|", plain("measure.rho"), unit_, "between face and mirror image");
+    row("ρ, noise floor", plain("measure.rho_floor"), unit_,
+        "what a symmetric face with these points and this noise would show");
+    row("ρ, debiased", plain("measure.rho_debiased"), unit_, "without what points and noise add");
+    row("RMS", plain("difference.rms"), unit_, "root of the mean of d²");
+    for (const int level : percentile_levels)
+      row("|d| at " + std::to_string(level) + "\u00a0%", plain("difference.abs_percentiles." + std::to_string(level)),
+          unit_, std::to_string(level) + "\u00a0% of the area differs by no more than this");
+    row("largest |d|", plain("difference.largest"), unit_, "");
+    row("points", whole("input.points"), "", "of the file");
+    row("points used", whole("input.used"), "", "kept by crop, class and rim");
+    row("area compared", plain("domain.area"), area_, "both sides");
+    close_table();
+  }
+
+  const Asymmetry& a_;
+  std::string title_, unit_, area_, volume_, plus_, minus_;
+};
+
+}  // namespace
+
+std::string asymmetry_json(const Asymmetry& a, const std::vector<std::string>& outputs) {
+  const Comparison& c = a.comparison;
+  Json timing = Json::object();
+  for (const auto& [stage, seconds] : a.timing.stages) timing[stage] = real(seconds);
+  timing["total"] = real(a.timing.total);
+  const Json report = {
+      {"schema", "isopach.asymmetry/1"},
+      {"tool", {{"name", tool_name}, {"version", version}}},
+      {"input", input_json(a)},
+      {"parameters", parameters_json(a)},
+      {"plane", plane_json(a)},
+      {"pose", pose_json(a)},
+      {"index",
+       {{"percent", real(a.index.percent)},
+        {"raw", real(a.index.raw)},
+        {"floor", real(a.index.floor)},
+        {"size", real(a.index.size)}}},
+      {"measure",
+       {{"rho", real(c.measures.rho)},
+        {"rho_floor", real(c.noise_floor->rho)},
+        {"rho_debiased", real(c.noise_floor->debiased_rho)}}},
+      {"regions", regions_json(a)},
+      {"difference", difference_json(a)},
+      {"domain", {{"area", real(c.domain_area)}, {"area_union", real(c.area_union)}, {"coverage", real(c.coverage)}}},
+      {"fit",
+       {{"iterations", a.iterations}, {"converged", a.converged}, {"reason", a.reason}, {"overlap", real(a.overlap)}}},
+      {"outputs", outputs},
+      {"warnings", a.warnings},
+      {"timing_s", timing}};
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string asymmetry_text(const Asymmetry& a) {
+  const std::string unit = unit_text(a.unit), volume = unit_text(a.unit, 3);
+  const auto n = [](double v) { return number(v, plain, 3); };
+  std::string out = fmt::format("{}: {}, {}\n", input_name(a.face), index_words(a, plain), direction_words(a, plain));
+  line(out, "points",
+       fmt::format("{}, {} of them used", count(a.face.points, plain), count(a.comparison.b.points, plain)));
+  line(out, "index",
+       fmt::format("{} % of the size {} {}; measured {} %, of which points and noise make {} %", n(a.index.percent),
+                   n(a.index.size), unit, n(a.index.raw), n(a.index.floor)));
+  line(out, "mean |d| (rho)",
+       fmt::format("{} {}, without the noise floor {} {}", n(a.comparison.measures.rho), unit,
+                   n(a.comparison.noise_floor->debiased_rho), unit));
+  const SymmetryPlane& p = a.plane;
+  line(out, "plane",
+       fmt::format("({}, {}, {}) . p = {} {}", fixed_number(p.normal.x, 6, plain), fixed_number(p.normal.y, 6, plain),
+                   fixed_number(p.normal.z, 6, plain), number(p.offset, plain, 6), unit));
+  line(out, "",
+       fmt::format("known to {} degrees and {} {} (one standard deviation)", number(p.sigma_angle, plain, 2),
+                   number(p.sigma_offset, plain, 2), unit));
+  line(out, "compared",
+       fmt::format("{} % of the area of face and mirror image; the plane was fitted to {} % of that",
+                   fixed_number(100 * a.comparison.coverage, 1, plain), fixed_number(100 * a.overlap, 1, plain)));
+  out += fmt::format("  {:<16}{:>14}{:>14}{:>14}{:>14}\n", positive_side(a) + " less " + negative_side(a),
+                     "directional", "absolute", "largest", "net volume");
+  for (const SideDifference& r : a.regions)
+    out += fmt::format("  {:<16}{:>14}{:>14}{:>14}{:>14}\n", r.name, signed_number(r.directional, plain, 3),
+                       n(r.absolute), n(r.largest), signed_number(r.volume.net, plain));
+  line(out, "", fmt::format("in {}, {}", unit, volume));
+  if (a.unit == "unknown" || a.unit.empty()) line(out, "units", unit_sentence(a.unit));
+  line(out, "time", fmt::format("{:.2f} s", a.timing.total));
+  for (const std::string& w : a.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  return out;
+}
+
+void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapOptions& look, const Context& context) {
+  MapOptions options = look;
+  if (options.title.empty()) options.title = input_name(a.face) + ": each side against the other, mirrored";
+  MapWords& words = options.words;
+  words.headline = index_words(a, fine) + "   ·   mean |d| (ρ) " + number(a.comparison.measures.rho, fine, 3) +
+                   "\u00a0" + unit_text(a.unit) + ", noise floor " + number(a.comparison.noise_floor->rho, fine, 3) +
+                   "\u00a0" + unit_text(a.unit);
+  words.where = direction_words(a, fine) + "   ·   " + fixed_number(100 * a.comparison.coverage, 1, fine) +
+                " % of the area compared";
+  words.above = "stands out further", words.below = "lies further back";
+  words.zero = "both sides alike", words.left_out = "scanned, but not the other side";
+  words.note = "d = this side − the other side, mirrored";
+  const Point3 origin = a.comparison.frame.origin;
+  Box2 box;
+  for (const Point2& p : a.comparison.cells.xy) box.add(p);
+  options.lines.push_back({{{-origin.x, box.max.y}, {-origin.x, box.min.y}}, "symmetry plane"});
+  write_map(path, a.comparison, options, context);
+}
+
+void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std::string& map_png,
+                          const std::string& json, const MapOptions& look, const Context& context) {
+  context.check();
+  write_page(path, Page(a, json, look).write(map_png));
+}
+
+void write_asymmetry_points(const std::string& path, const Cloud& face, const Asymmetry& a, const Context& context) {
+  Cloud out;
+  out.points = face.points;
+  out.unit = face.unit, out.vertical_unit = face.vertical_unit, out.crs = face.crs;
+  out.attributes.push_back({"asymmetry", a.of_point});
+  write_cloud(path, out, context);
+}
+
+}  // namespace isopach

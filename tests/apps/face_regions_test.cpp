@@ -1,0 +1,109 @@
+// Closed forms on random triangulations that the cuts cross everywhere, and subdivision.
+#include "isopach/apps/face_regions.hpp"
+
+#include <gtest/gtest.h>
+
+#include "isopach/delaunay/triangulate.hpp"
+#include "tests/support/points.hpp"
+#include "tests/support/random.hpp"
+
+namespace isopach {
+namespace {
+
+/// The square [−1, 1]², triangulated at random; z1 = 0.
+struct Sample {
+  Array<Point2> xy;
+  Array<double> z1, z2;
+  Triangulation t;
+  Array<unsigned char> in_domain;
+
+  template <class F>
+  Sample(std::size_t n, F&& d) {
+    Box2 box{{-1, -1}, {1, 1}};
+    Array<Point2> points;
+    for (const Point2& p : test::uniform(n, 3)) points.push_back({2 * p.x - 1, 2 * p.y - 1});
+    for (const double x : {-1.0, 1.0})
+      for (const double y : {-1.0, 1.0}) points.push_back({x, y});
+    const CurveBox curve = curve_box(box);
+    (void)curve_order(points, curve, nullptr, &xy);
+    t = triangulate(xy, curve, {});
+    z1.assign(xy.size(), 0.0);
+    for (const Point2& p : xy) z2.push_back(d(p));
+    in_domain.assign(t.real, 1);
+  }
+  [[nodiscard]] CellView view() const { return {t, xy, z1, z2, in_domain}; }
+};
+
+TEST(FaceRegions, LinearDifferencesInClosedForm) {
+  const Sample across(300, [](const Point2& p) { return p.x - 0.5; });
+  const auto halves = face_regions(across.view(), FaceParts::halves, {});
+  ASSERT_EQ(halves.size(), 3u);
+  EXPECT_EQ(halves[1].name, "upper half");
+  EXPECT_NEAR(halves[0].area, 2, 1e-12);
+  EXPECT_NEAR(halves[0].volume.above, 0.25, 1e-12);
+  EXPECT_NEAR(halves[0].volume.below, 0.25, 1e-12);
+  EXPECT_NEAR(halves[0].directional, 0, 1e-12);
+  EXPECT_NEAR(halves[0].absolute, 0.25, 1e-12);
+  EXPECT_NEAR(halves[0].rms, std::sqrt(1.0 / 12), 1e-12);
+  EXPECT_NEAR(halves[0].largest, 0.5, 1e-12);
+  for (std::size_t k = 1; k < 3; ++k) EXPECT_NEAR(halves[k].volume.above, 0.125, 1e-12);
+
+  const Sample up(300, [](const Point2& p) { return p.y; });
+  const auto thirds = face_regions(up.view(), FaceParts::thirds, {});
+  ASSERT_EQ(thirds.size(), 4u);
+  const char* names[] = {"whole", "upper third", "middle third", "lower third"};
+  const double directional[] = {0, 2.0 / 3, 0, -2.0 / 3}, absolute[] = {0.5, 2.0 / 3, 1.0 / 6, 2.0 / 3};
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_EQ(thirds[k].name, names[k]);
+    EXPECT_NEAR(thirds[k].directional, directional[k], 1e-12);
+    EXPECT_NEAR(thirds[k].absolute, absolute[k], 1e-12);
+    EXPECT_NEAR(thirds[k].area, k == 0 ? 2 : 2.0 / 3, 1e-12);
+  }
+}
+
+TEST(FaceRegions, RoughDifferencesBySubdivision) {
+  test::Random random(5);
+  Sample s(60, [&](const Point2&) { return random.uniform(-1, 1); });
+  for (std::size_t i = 0; i < s.in_domain.size(); i += 7) s.in_domain[i] = 0;
+  double low = 1, high = -1;
+  for (std::size_t i = 0; i < s.t.real; ++i)
+    if (s.in_domain[i] != 0)
+      for (const Index v : s.t.triangles[i].v) low = std::min(low, s.xy[v].y), high = std::max(high, s.xy[v].y);
+  double area[4]{}, net[4]{}, absolute[4]{}, squares[4]{};
+  constexpr int n = 150;
+  const CellView view = s.view();
+  for (std::size_t i = 0; i < s.t.real; ++i) {
+    if (s.in_domain[i] == 0) continue;
+    const auto& v = s.t.triangles[i].v;
+    const double part = cell_at(view, i).area / (n * n);
+    for (int a = 0; a < n; ++a)
+      for (int b = 0; a + b < n; ++b)
+        for (int flip = 0; flip < (a + b + 1 < n ? 2 : 1); ++flip) {
+          const double u = (a + (flip ? 2.0 : 1.0) / 3) / n, w = (b + (flip ? 2.0 : 1.0) / 3) / n;
+          const auto mix = [&](double p, double q, double r) { return p + u * (q - p) + w * (r - p); };
+          const double x = mix(s.xy[v[0]].x, s.xy[v[1]].x, s.xy[v[2]].x);
+          const double y = mix(s.xy[v[0]].y, s.xy[v[1]].y, s.xy[v[2]].y);
+          const double d = mix(view.d(v[0]), view.d(v[1]), view.d(v[2]));
+          if (x < 0) continue;
+          const double share = (y - low) / (high - low);
+          for (const int k : {0, share > 2.0 / 3 ? 1 : share > 1.0 / 3 ? 2 : 3})
+            area[k] += part, net[k] += part * d, absolute[k] += part * std::fabs(d), squares[k] += part * d * d;
+        }
+  }
+  const auto regions = face_regions(view, FaceParts::thirds, {});
+  for (std::size_t k = 0; k < 4; ++k) {
+    EXPECT_NEAR(regions[k].area, area[k], 2e-3);
+    EXPECT_NEAR(regions[k].volume.net, net[k], 2e-3);
+    EXPECT_NEAR(regions[k].volume.absolute, absolute[k], 2e-3);
+    EXPECT_NEAR(regions[k].rms * regions[k].rms * regions[k].area, squares[k], 2e-3);
+  }
+}
+
+TEST(FaceRegions, NothingHasNothing) {
+  Sample s(20, [](const Point2&) { return 1.0; });
+  std::fill(s.in_domain.begin(), s.in_domain.end(), 0);
+  for (const SideDifference& r : face_regions(s.view(), FaceParts::thirds, {})) EXPECT_EQ(r.absolute, 0);
+}
+
+}  // namespace
+}  // namespace isopach

@@ -1,0 +1,121 @@
+"""isopach asymmetry: outputs, and that each option acts and is named when it is wrong."""
+
+import json
+import math
+import random
+import unittest
+
+from support import CliTest, without_timing
+
+
+def face(seed=1, n=2500, bump=0.0, noise=0.02, turn=5.0):
+    """A nose, two eyes and a round head, symmetric about x = 0, a bump on the right; then turned about z."""
+    numbers = random.Random(seed)
+    c, s = math.cos(math.radians(turn)), math.sin(math.radians(turn))
+    found = []
+    while len(found) < n:
+        x, y = numbers.uniform(-8, 8), numbers.uniform(-10, 10)
+        if (x / 8) ** 2 + (y / 10) ** 2 > 1:
+            continue
+        z = 6 * math.sqrt(1.3 - (x / 10) ** 2 - (y / 13) ** 2) + 2 * math.exp(-(x ** 2) - (y / 2.5) ** 2)
+        z -= sum(math.exp(-((x - e) / 1.5) ** 2 - ((y - 3.5) / 1.2) ** 2) for e in (-3.5, 3.5))
+        z += bump * math.exp(-((x - 4) / 1.5) ** 2 - ((y + 4) / 1.5) ** 2) + numbers.gauss(0, noise)
+        found.append((c * x - s * y, s * x + c * y, z))
+    return found
+
+
+class AsymmetryCli(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.write("face.xyz", face(bump=1.0))
+
+    def told(self, *words, name="face.xyz"):
+        return self.result("asymmetry", name, *words)
+
+
+class Output(AsymmetryCli):
+    def test_text(self):
+        run = self.run_cli("asymmetry", "face.xyz", "--unit", "mm")
+        for word in ["face.xyz: asymmetry index", "+x side stands out", "plane", "upper third", "mm"]:
+            self.assertIn(word, run.stdout)
+        self.assertEqual({p.name for p in self.folder.iterdir()}, {"face.xyz"})
+
+    def test_numbers(self):
+        told = self.told()
+        normal = told["plane"]["normal"]
+        self.assertAlmostEqual(math.degrees(math.atan2(normal[1], normal[0])), 5, delta=0.3)
+        self.assertAlmostEqual(told["regions"][0]["volume"]["net"], math.pi * 1.5 ** 2, delta=0.3)
+        self.write("plain.xyz", face(seed=2))
+        plain = self.told(name="plain.xyz")
+        self.assertLess(plain["index"]["percent"], plain["index"]["floor"])
+        self.assertGreater(told["index"]["percent"], 3 * told["index"]["floor"])
+
+    def test_folder(self):
+        self.run_cli("asymmetry", "face.xyz", "-o", "out", "--json", "copy.json", "--title", "Who <it> is")
+        files = {p.name for p in self.path("out").iterdir()}
+        self.assertEqual(files, {"result.json", "report.html", "asymmetry.png", "points.ply", "pose.txt"})
+        result = json.loads(self.path("out/result.json").read_text())
+        self.assertEqual(set(result["outputs"]), files)
+        self.assertEqual(self.path("copy.json").read_text(), self.path("out/result.json").read_text())
+        self.assertIn("asymmetry", self.result("info", "out/points.ply")["files"][0]["attributes"])
+        page = self.path("out/report.html").read_text()
+        self.assertIn("Who &lt;it&gt; is", page)
+        self.assertIn("data:image/png;base64,", page)
+        # In face coordinates the plane is x = 0.
+        self.run_cli("convert", "face.xyz", "upright.xyz", "--pose", "out/pose.txt")
+        upright = self.told(name="upright.xyz")
+        self.assertAlmostEqual(upright["plane"]["normal"][0], 1, delta=1e-5)
+        self.assertAlmostEqual(upright["plane"]["offset"], 0, delta=1e-3)
+
+    def test_threads(self):
+        self.assertEqual(len({without_timing(json.dumps(self.told("--threads", n))) for n in "12"}), 1)
+
+
+class Options(AsymmetryCli):
+    def test_they_act(self):
+        plain = self.told()
+        self.assertLess(self.told("--rim", "1")["domain"]["area"], 0.9 * plain["domain"]["area"])
+        self.assertLess(self.told("--depth", "3")["input"]["used"], 0.9 * plain["input"]["used"])
+        self.assertEqual([r["name"] for r in self.told("--regions", "halves")["regions"]],
+                         ["whole", "upper half", "lower half"])
+        self.assertLess(self.told("--across", "-1,0,0")["plane"]["normal"][0], -0.9)
+        self.assertEqual(self.told("--overlap", "1")["fit"]["overlap"], 1)
+        self.assertLess(self.told("--crop", "-8,-6,8,6")["input"]["used"], plain["input"]["used"])
+        self.assertNotEqual(self.told("--border", "hull")["domain"], plain["domain"])
+        self.assertNotEqual(self.told("--max-edge", "0.8")["domain"], plain["domain"])
+        self.assertEqual(self.told("--unit", "mm")["parameters"]["unit"], "mm")
+        self.assertNotEqual(self.told("--direction", "0,0.2,1")["domain"], plain["domain"])
+        self.write("twice.xyz", [p for x, y, z in face(n=1500) for p in ((x, y, z), (x, y, z + 0.1))])
+        self.assertNotEqual(self.told("--duplicates", "max", name="twice.xyz")["plane"],
+                            self.told("--duplicates", "min", name="twice.xyz")["plane"])
+
+    def test_visible(self):
+        # A plate before the lower part of the face hides the points behind it, one behind the face none.
+        points = face(n=1500)
+        used = {}
+        for z in (-50, 12):
+            plate = [(-9, -12, z), (9, -12, z), (9, -7, z), (-9, -7, z)]
+            n = len(points)
+            self.write("plate.obj", ["v %r %r %r" % p for p in points + plate] +
+                       [f"f {n + 1} {n + 2} {n + 3}", f"f {n + 1} {n + 3} {n + 4}"])
+            used[z] = self.told("--visible", name="plate.obj")["input"]["used"]
+        self.assertEqual(used[-50], 1504)
+        self.assertEqual(used[12], 1504 - sum(1 for x, y, _ in points if -9 <= x <= 9 and y <= -7))
+
+    def test_wrong_ones_are_named(self):
+        for words in [("--rim", "-1"), ("--rim", "100"), ("--depth", "0"), ("--regions", "quarters"), ("--across", "left"),
+                      ("--across", "0,0,0"), ("--across", "z"), ("--overlap", "2"), ("--max-iterations", "0"),
+                      ("--direction", "up"), ("--unit", "mile"), ("--crop", "1"), ("--max-edge", "0"),
+                      ("--duplicates", "many"), ("--border", "none"), ("--palette", "grey"), ("--map-width", "9"),
+                      ("--class", "2"), ("--visible",), ("--output", ""), ("--json", "")]:
+            code = 3 if words in [("--rim", "100"), ("--class", "2")] else 2
+            self.assertIn(words[0] if words[0] != "--class" else "class",
+                          self.run_cli("asymmetry", "face.xyz", *words, code=code).stderr)
+
+    def test_not_converged(self):
+        run = self.run_cli("asymmetry", "face.xyz", "--max-iterations", "1", code=5)
+        self.assertIn("--max-iterations", run.stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()

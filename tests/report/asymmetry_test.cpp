@@ -1,0 +1,67 @@
+// result.json of `isopach asymmetry` against its schema, and the pages.
+#include "isopach/report/asymmetry.hpp"
+
+#include <gtest/gtest.h>
+
+#include <filesystem>
+#include <fstream>
+#include <sstream>
+
+#include "isopach/report/map.hpp"
+#include "tests/apps/faces.hpp"
+#include "tests/support/json_schema.hpp"
+#include "tests/support/shared_data.hpp"
+
+namespace isopach {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Asymmetry sample(const AsymmetryOptions& options = {}) {
+  static const Bump bump = test::cheek(6);
+  test::FaceScan scan;
+  scan.points = 3000;
+  scan.added = [](double x, double y) { return bump.at(x, y); };
+  return asymmetry(test::face_scan(scan), options, {});
+}
+
+TEST(AsymmetryReport, JsonIsThatOfTheSchema) {
+  std::ifstream file(test::source_folder() / "docs" / "schema" / "asymmetry-1.json");
+  const Json schema = Json::parse(file);
+  AsymmetryOptions options;
+  options.across = Point3{-1, 0, 0};
+  options.compare.project.crop = Box2{{-80, -90}, {80, 90}};
+  options.parts = FaceParts::halves;
+  options.overlap = 0.9;
+  for (const Asymmetry& a : {sample(), sample(options)}) {
+    const Json json = Json::parse(asymmetry_json(a, {"pose.txt"}));
+    for (const std::string& violation : test::SchemaCheck::violations(schema, json)) ADD_FAILURE() << violation;
+    EXPECT_EQ(json["index"]["percent"].get<double>(), a.index.percent);
+    EXPECT_EQ(json["plane"]["offset"].get<double>(), a.plane.offset);
+    EXPECT_EQ(json["regions"][1]["volume"]["net"].get<double>(), a.regions[1].volume.net);
+    EXPECT_EQ(json["plane"]["positive_side"], a.plane.normal.x > 0 ? "+x" : "-x");
+  }
+}
+
+TEST(AsymmetryReport, TextMapAndPageSayTheSame) {
+  const Asymmetry a = sample();
+  const std::string text = asymmetry_text(a);
+  for (const char* word : {"asymmetry index", "+x side stands out", "plane", "upper third", "mm"})
+    EXPECT_NE(text.find(word), std::string::npos) << word;
+  const auto folder = std::filesystem::temp_directory_path() / "isopach-asymmetry-report";
+  std::filesystem::create_directories(folder);
+  const std::string map = (folder / "map.png").string(), page = (folder / "report.html").string();
+  MapOptions look;
+  look.width = 500;
+  write_asymmetry_map(map, a, look, {});
+  write_asymmetry_html(page, a, map, asymmetry_json(a, {}), look, {});
+  std::stringstream html;
+  html << std::ifstream(page).rdbuf();
+  for (const char* word : {"Asymmetry of face.ply", "data-key=\"index.percent\"", "data-key=\"regions.3.directional\"",
+                           "data:image/png;base64", "The symmetry plane"})
+    EXPECT_NE(html.str().find(word), std::string::npos) << word;
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace isopach
