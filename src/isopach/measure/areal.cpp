@@ -69,7 +69,6 @@ void add(Moments& m, const Corners& c, double mean) {
     m.slope.add(c.area * slope2);
     m.excess.add(c.area * (slope2 / (1 + std::sqrt(1 + slope2))));  // √(1 + s²) − 1 without cancellation
   }
-  m.high = std::max({m.high, a, b, d}), m.low = std::min({m.low, a, b, d});
 }
 
 Moments moments_of(const TriangleSurface& s, double mean) {
@@ -80,6 +79,9 @@ Moments moments_of(const TriangleSurface& s, double mean) {
         for (std::size_t i = begin; i < end; ++i) {
           const Corners c = corners(s, i);
           if (c.area > 0) add(part, c, mean);  // without area but for rounding
+          for (unsigned k = 0; k < 3; ++k)
+            if (s.triangles[i][k] < s.measured)
+              part.high = std::max(part.high, c.z[k] - mean), part.low = std::min(part.low, c.z[k] - mean);
         }
         return part;
       },
@@ -163,6 +165,7 @@ TriangleSurface refined(const Triangulation& t, std::span<const Point2> xy, std:
   TriangleSurface out;
   out.xy.assign(xy.begin(), xy.end());
   out.z.assign(z.begin(), z.end());
+  out.measured = xy.size();
   const auto is_kept = [&](Index i) { return !t.is_ghost(i) && (kept.empty() || kept[i] != 0); };
   std::vector<Index> used;
   for (Index i = 0; i < t.real; ++i)
@@ -206,13 +209,14 @@ TriangleSurface refined(const Triangulation& t, std::span<const Point2> xy, std:
     const auto& v = t.triangles[used[u]].v;
     const auto on_side = [&](unsigned side, std::size_t n) {
       const HalfEdge h = half_edge(used[u], side), twin = t.twin(h);
-      if (is_kept(triangle_of(twin)) && twin < h)
-        return static_cast<Index>(first_on[twin] + (cut.on_side() - 1 - n));
+      if (is_kept(triangle_of(twin)) && twin < h) return static_cast<Index>(first_on[twin] + (cut.on_side() - 1 - n));
       return static_cast<Index>(first_on[h] + n);
     };
     const auto inner = [&](std::size_t n) { return static_cast<Index>(inside_begin + u * cut.inside() + n); };
     cut.for_pieces([&](unsigned i, unsigned j) { return cut.corner(v, i, j, on_side, inner); },
-                   [&](Index a, Index b, Index c) { out.triangles.push_back({a, b, c}); });
+                   [&](Index a, Index b, Index c) {
+                     out.triangles.push_back({a, b, c});
+                   });
   }
   return out;
 }

@@ -18,8 +18,8 @@ struct ArealParameters {
   double sa = 0;    ///< arithmetical mean of |z|
   double sq = 0;    ///< root of the mean of z²
   double sz = 0;    ///< sp + sv
-  double sp = 0;    ///< highest peak
-  double sv = 0;    ///< deepest pit, as a positive number
+  double sp = 0;    ///< highest measured node
+  double sv = 0;    ///< deepest one, as a positive number
   double ssk = 0;   ///< mean of z³ / sq³; 0 where sq is 0
   double sku = 0;   ///< mean of z⁴ / sq⁴; 0 where sq is 0
   double sdr = 0;   ///< area of the surface ÷ its area in the plane − 1
@@ -31,6 +31,7 @@ struct TriangleSurface {
   Array<Point2> xy;
   Array<double> z;
   Array<std::array<Index, 3>> triangles;
+  std::size_t measured = 0;  ///< nodes before this one were measured; the others are interpolated, and no peak or pit
 };
 
 /// Of the piecewise linear surface, exactly but for rounding: with h_k the complete homogeneous polynomial of the three

@@ -1,5 +1,5 @@
 // A piece of skin, mm: form, waviness, fine relief and wrinkles of known depth and volume; in the second scan two of
-// the wrinkles are shallower, as after a treatment. Variant waves: one sine wave, whose roughness is known in closed
+// the wrinkles are shallower, as after a treatment. Variant waves: one wave, whose roughness is known in closed
 // form; in the second scan it has half the amplitude.
 #include <cmath>
 #include <numbers>
@@ -27,7 +27,7 @@ constexpr SkinWrinkle wrinkles[] = {
 constexpr double wave_amplitude = 0.05, wave_length = 2;
 
 double height(int variant, int epoch, double x, double y) {
-  if (variant == waves) return (epoch == 1 ? 1 : 0.5) * wave_amplitude * std::sin(turn * x / wave_length);
+  if (variant == waves) return (epoch == 1 ? 1 : 0.5) * wave_amplitude * std::cos(turn * x / wave_length);
   const double u = x - width / 2;
   double z = 0.02 * x - 0.01 * y - 0.004 * u * u;                       // form
   z += 0.08 * std::sin(turn * x / width) * std::cos(turn * y / depth);  // waviness
@@ -41,7 +41,7 @@ Footprint footprint(int, const SceneOptions&) { return rectangle({0, 0}, {width,
 Truth truth(int variant, const Footprint& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);
-  if (variant == waves) {  // the mean of |sin| is 2/π, half of it on either side
+  if (variant == waves) {  // the mean of |cos| is 2/π, half of it on either side
     truth.above = truth.below = truth.area * (wave_amplitude / 2) / std::numbers::pi;
     return truth;
   }
