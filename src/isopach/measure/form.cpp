@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <array>
 
-#include <Eigen/Dense>
 #include <fmt/format.h>
+#include <Eigen/Dense>
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"

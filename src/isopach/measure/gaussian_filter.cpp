@@ -15,9 +15,9 @@ namespace isopach {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double most_boxes = 1e9;      // a side
-constexpr double singular = 1e-6;       // of the variance of places, ½ in the open: no slope is seen in that direction
-constexpr double tuning = 4.4478;       // of the biweight, in medians: 3 standard deviations of normal heights
+constexpr double most_boxes = 1e9;  // a side
+constexpr double singular = 1e-6;   // of the variance of places, ½ in the open: no slope is seen in that direction
+constexpr double tuning = 4.4478;   // of the biweight, in medians: 3 standard deviations of normal heights
 constexpr int most_passes = 10;
 constexpr double settled = 1e-3;
 

@@ -25,9 +25,9 @@ struct GaussianOptions {
   unsigned degree = 1;
 };
 
-/// The filtered height at every node: with weights area_j s(|p_j − p_i|), normalised by their sum, of all nodes j within
-/// 1.3 λc (the kernel is 10⁻¹¹ of its peak there). `area` is the part of the plane each node stands for (0 or more;
-/// nodes of area 0 lend nothing and get NaN). Within 1e-8 of the range of heights of the sum over all pairs.
+/// The filtered height at every node: with weights area_j s(|p_j − p_i|), normalised by their sum, of all nodes j
+/// within 1.3 λc (the kernel is 10⁻¹¹ of its peak there). `area` is the part of the plane each node stands for (0 or
+/// more; nodes of area 0 lend nothing and get NaN). Within 1e-8 of the range of heights of the sum over all pairs.
 /// Errors: UsageError where the cut-off is not above 0 or so short against the extent that it cannot be counted in.
 /// Degenerate: nodes on one line get the weighted mean whatever the degree. Cost: O(n) boxes and nodes where the kernel
 /// reaches many points, O(points in its reach) a node otherwise; the same bits for any number of threads.
@@ -37,8 +37,8 @@ struct GaussianOptions {
                                           const Context& context);
 
 /// The same, not drawn by deep valleys and high peaks: heights further than c = 4.4478 × the median of |z − mean| from
-/// it have no weight, nearer ones (1 − ((z − mean)/c)²)², until c changes by less than a thousandth (at most 10 passes).
-/// A node without any weight near it keeps the mean of the pass before.
+/// it have no weight, nearer ones (1 − ((z − mean)/c)²)², until c changes by less than a thousandth (at most 10
+/// passes). A node without any weight near it keeps the mean of the pass before.
 [[nodiscard]] Array<double> robust_gaussian_mean(std::span<const Point2> xy, std::span<const double> area,
                                                  std::span<const double> z, const GaussianOptions& options,
                                                  const Context& context);

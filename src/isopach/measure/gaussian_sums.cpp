@@ -17,7 +17,7 @@ constexpr std::size_t x_fields = 5;  // g, ug, u²g of the weights, g, ug of the
 constexpr std::size_t fields = 9;    // GaussianMoments
 constexpr double crowded = 12;       // nodes a box, on average, from which on boxes are cheaper than pairs
 constexpr std::size_t most_room = std::size_t{1} << 27;  // doubles kept for the rows in reach
-constexpr double thin = 1e-3;        // below this mass (π in the open) the kernel's own error would show
+constexpr double thin = 1e-3;  // below this mass (π in the open) the kernel's own error would show
 
 using Square = std::array<double, square>;
 using Line = std::array<double, order>;
@@ -129,7 +129,7 @@ class RowSweep {
  private:
   struct Row {
     std::int64_t number = -1;
-    Array<double> spread;               ///< [column][field][m·order + l], each square transposed
+    Array<double> spread;                ///< [column][field][m·order + l], each square transposed
     std::vector<unsigned char> reached;  ///< by column
   };
   Row& ring(std::int64_t row) { return ring_[static_cast<std::size_t>(row % (2 * reach + 1))]; }

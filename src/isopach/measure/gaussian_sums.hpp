@@ -30,9 +30,9 @@ class GaussianBoxes {
     std::int64_t row, column;
     std::size_t begin, end;  ///< into nodes
   };
-  std::vector<Box> boxes;            ///< occupied ones, by row, then column
-  Array<Index> nodes;                ///< by box; in the order of the input within it
-  Array<Point2> at;                  ///< of nodes[k]: place in its box, from −1 to 1 each way
+  std::vector<Box> boxes;  ///< occupied ones, by row, then column
+  Array<Index> nodes;      ///< by box; in the order of the input within it
+  Array<Point2> at;        ///< of nodes[k]: place in its box, from −1 to 1 each way
   std::int64_t rows = 0, columns = 0;
 
   /// Occupied boxes of a row with columns in [first, last].

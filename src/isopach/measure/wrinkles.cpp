@@ -14,11 +14,11 @@ namespace isopach {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double normal_mad = 1.4826;    // standard deviations in a median of absolute deviations
-constexpr double default_depth = 3;      // NMADs
-constexpr double default_length = 10;    // spacings
-constexpr double slender = 3;            // least length ÷ width
-constexpr double stretch = 3;            // spacings a stretch of the line
+constexpr double normal_mad = 1.4826;  // standard deviations in a median of absolute deviations
+constexpr double default_depth = 3;    // NMADs
+constexpr double default_length = 10;  // spacings
+constexpr double slender = 3;          // least length ÷ width
+constexpr double stretch = 3;          // spacings a stretch of the line
 constexpr std::size_t least_nodes = 3;
 
 double median(std::vector<double>& values) {
@@ -41,8 +41,16 @@ class Valleys {
  public:
   Valleys(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z, std::span<const double> relief,
           std::span<const unsigned char> kept, std::span<const double> area, double depth)
-      : t_(t), xy_(xy), z_(z), relief_(relief), kept_(kept), area_(area), depth_(depth), leaving_(xy.size(), no_index),
-        valley_(xy.size(), no_index), place_(xy.size(), 0) {
+      : t_(t),
+        xy_(xy),
+        z_(z),
+        relief_(relief),
+        kept_(kept),
+        area_(area),
+        depth_(depth),
+        leaving_(xy.size(), no_index),
+        valley_(xy.size(), no_index),
+        place_(xy.size(), 0) {
     for (Index i = t.real; i-- > 0;)
       for (Index k = 0; k < 3; ++k)
         if (is_kept(i)) leaving_[t.triangles[i].v[k]] = half_edge(i, k);
@@ -159,8 +167,8 @@ class Valleys {
     for (std::size_t k = 0; k < points.size(); ++k) {
       w.line.push_back({points[k].x, points[k].y});
       if (k > 0)
-        w.length += std::hypot(points[k].x - points[k - 1].x, points[k].y - points[k - 1].y,
-                               points[k].z - points[k - 1].z);
+        w.length +=
+            std::hypot(points[k].x - points[k - 1].x, points[k].y - points[k - 1].y, points[k].z - points[k - 1].z);
     }
   }
 
@@ -209,7 +217,8 @@ Wrinkles find_wrinkles(const Triangulation& t, std::span<const Point2> xy, std::
     else
       ++out.pits;
   }
-  std::stable_sort(out.all.begin(), out.all.end(), [](const Wrinkle& a, const Wrinkle& b) { return a.depth > b.depth; });
+  std::stable_sort(out.all.begin(), out.all.end(),
+                   [](const Wrinkle& a, const Wrinkle& b) { return a.depth > b.depth; });
   return out;
 }
 

@@ -1,9 +1,9 @@
 // find_wrinkles: the valleys of a surface that are long and narrow, each with its line, depth and length.
 //
-// A valley is a connected set of nodes that lie `depth` or more under the level (joined by sides of kept triangles). Its
-// two ends are the nodes farthest apart along sides of triangles inside it; its line runs through the middle of what lies
-// at like distance from one end. A wrinkle is a valley whose line is `length` or longer and three times as long as the
-// valley is wide on average (area in the plane ÷ length); other valleys are pits.
+// A valley is a connected set of nodes that lie `depth` or more under the level (joined by sides of kept triangles).
+// Its two ends are the nodes farthest apart along sides of triangles inside it; its line runs through the middle of
+// what lies at like distance from one end. A wrinkle is a valley whose line is `length` or longer and three times as
+// long as the valley is wide on average (area in the plane ÷ length); other valleys are pits.
 #pragma once
 #include <span>
 #include <vector>
