@@ -37,6 +37,14 @@ void check(const FrameSource& frames, const SequenceOptions& o) {
   if (!(o.rate >= 0)) throw UsageError("--rate: not a number of frames a second");
 }
 
+/// Puts every point on the plane of its neighbours, so that noise of single points neither picks partners nor shifts
+/// planes.
+void flatten(OrientedCloud& cloud) {
+  for_each_index(cloud.points.size(),
+                 [&](std::size_t i) { cloud.points[i] = cloud.points[i] - cloud.height[i] * cloud.normals[i]; });
+  cloud.tree = std::make_unique<PointTree>(cloud.points);
+}
+
 /// Every k-th point along the curve, about `most` of them: spread like the points themselves. Without a tree.
 OrientedCloud thinned(const OrientedCloud& cloud, std::size_t most) {
   const std::size_t stride = std::max<std::size_t>(1, (cloud.points.size() + most / 2) / most);
@@ -90,6 +98,7 @@ class Sequence {
       throw InputError(fmt::format("{}: {} points are too few for a reference: at least {}", source_.name(options_.reference),
                                    all_.points.size(), least_points));
     orient(all_, context_);
+    flatten(all_);
     model_ = thinned(all_, options_.model_points);
     model_.tree = std::make_unique<PointTree>(model_.points);
   }
@@ -108,6 +117,7 @@ class Sequence {
       }
       if (frame.points.size() > most + most / 2) frame = thinned(frame, most);
       orient(frame, context_);
+      flatten(frame);
       return frame;
     } catch (const Interrupted&) {
       throw;
