@@ -38,8 +38,7 @@ double surface_distance(const OrientedCloud& frame, const Point3& place, double 
   return std::fabs(dot(place - frame.points[two.first], normal));
 }
 
-Evidence::Evidence(const OrientedCloud& model)
-    : model_(model), near_(model.points.size()), cost_(model.points.size()) {
+Evidence::Evidence(const OrientedCloud& model) : model_(model), near_(model.points.size()), cost_(model.points.size()) {
   for_blocks(near_.size(), query_block, [&](std::size_t begin, std::size_t end) {
     std::vector<Index> found;
     for (std::size_t i = begin; i < end; ++i) {

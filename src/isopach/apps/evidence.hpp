@@ -10,8 +10,8 @@
 #include <span>
 
 #include "isopach/base/context.hpp"
-#include "isopach/match/oriented.hpp"
 #include "isopach/match/motion.hpp"
+#include "isopach/match/oriented.hpp"
 
 namespace isopach {
 

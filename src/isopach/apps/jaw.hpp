@@ -27,13 +27,13 @@ struct HingeAxis {
 /// The turn of a motion about `axis` (rad, signed): the twist of its swing–twist decomposition.
 [[nodiscard]] double turn_about(const Pose& motion, const Point3& axis);
 
-/// Right-handed axes at the hinge: x along it, z from it towards `front`, y = z × x, which an opening jaw moves against.
-/// T_reference_local. Where `front` lies on the axis: z is any direction across.
+/// Right-handed axes at the hinge: x along it, z from it towards `front`, y = z × x, which an opening jaw moves
+/// against. T_reference_local. Where `front` lies on the axis: z is any direction across.
 [[nodiscard]] Pose hinge_frame(const HingeAxis& axis, const Point3& front);
 
-/// Values at times (ascending), each replaced by the weighted least-squares parabola through its neighbours: those nearer
-/// than `width` + 1, weights (1 − (Δt/(width + 1))³)³ (Cleveland 1979); a line or the mean where there are fewer than 4
-/// or 3 of them. width 0: as they are.
+/// Values at times (ascending), each replaced by the weighted least-squares parabola through its neighbours: those
+/// nearer than `width` + 1, weights (1 − (Δt/(width + 1))³)³ (Cleveland 1979); a line or the mean where there are fewer
+/// than 4 or 3 of them. width 0: as they are.
 [[nodiscard]] std::vector<Point3> smooth_path(std::span<const double> times, std::span<const Point3> values,
                                               double width);
 

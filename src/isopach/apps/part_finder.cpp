@@ -12,39 +12,11 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t query_block = 256;
-constexpr double mad_to_sigma = 1.4826;
-constexpr double on_surface = 4;         // standard deviations within which a point lies on the frame
-constexpr double least_support = 0.5;    // of a part's points; below it the frame does not show the part
+constexpr double on_surface = 4;       // standard deviations within which a point lies on the frame
+constexpr double least_support = 0.5;  // of a part's points; below it the frame does not show the part
 constexpr std::size_t seed_neighbours = 16;
 constexpr double seed_majority = 0.6;
-constexpr double sure = 0.15;            // blends below it and above one less it belong to a part for certain
-constexpr std::size_t start_sample = 500;
-
-double median(Array<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-MatchOptions fit_options() {
-  MatchOptions o;
-  o.objective = Objective::icp_plane;
-  o.overlap = 1;
-  o.max_iterations = 60;
-  o.tolerance = 1e-6;
-  return o;
-}
-
-/// Median distance of some points of the part from the nearest of the frame.
-double misfit(const OrientedCloud& part, const OrientedCloud& frame, const Motion& motion) {
-  const std::size_t n = part.points.size(), stride = std::max<std::size_t>(1, n / start_sample);
-  Array<double> far((n + stride - 1) / stride);
-  for_blocks(far.size(), query_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k)
-      far[k] = frame.tree->nearest_distance2(motion.apply(part.points[k * stride]));
-  });
-  return median(far);
-}
+constexpr double sure = 0.15;  // blends below it and above one less it belong to a part for certain
 
 Point3 middle_of(const OrientedCloud& cloud) {
   Point3 sum{0, 0, 0};
@@ -54,64 +26,10 @@ Point3 middle_of(const OrientedCloud& cloud) {
 
 }  // namespace
 
-OrientedCloud part_of(const OrientedCloud& model, std::span<const unsigned char> flag) {
-  OrientedCloud part;
-  part.slope_noise = model.slope_noise;
-  part.roughness = model.roughness;
-  for (std::size_t i = 0; i < flag.size(); ++i) {
-    if (flag[i] == 0) continue;
-    part.points.push_back(model.points[i]);
-    part.ids.push_back(model.ids[i]);
-    part.normals.push_back(model.normals[i]);
-    part.boundary.push_back(model.boundary[i]);
-  }
-  return part;
-}
-
-FrameScale frame_scale(const OrientedCloud& model, const OrientedCloud& frame, const PartFit& fit) {
-  const std::size_t n = model.points.size(), stride = std::max<std::size_t>(1, n / (4 * start_sample));
-  Array<double> far((n + stride - 1) / stride);
-  for_blocks(far.size(), query_block, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t k = begin; k < end; ++k)
-      far[k] = frame.tree->nearest_distance2(fit.motion.apply(model.points[k * stride]));
-  });
-  return {fit.scale, 3 * std::sqrt(median(far))};
-}
-
-std::optional<PartFit> fit_part(const OrientedCloud& part, const OrientedCloud& frame, std::span<const Motion> starts,
-                                const Context& context) {
-  std::size_t best = 0;
-  double least = std::numeric_limits<double>::infinity();
-  for (std::size_t i = 0; i < starts.size() && starts.size() > 1; ++i) {
-    const double value = misfit(part, frame, starts[i]);
-    if (value < least) least = value, best = i;
-  }
-  try {
-    IcpState state = icp_search(part, frame, starts[best], fit_options(), 1, context);
-    PartFit fit;
-    fit.motion = state.motion;
-    fit.rms = std::sqrt(state.information.error);
-    fit.information = state.information;
-    Array<double> sizes(state.links.size());
-    for (std::size_t i = 0; i < sizes.size(); ++i) {
-      const Link& l = state.links[i];
-      sizes[i] = std::fabs(dot(l.moving - l.fixed, l.normal));
-    }
-    fit.scale = mad_to_sigma * median(sizes);
-    std::size_t on = 0;
-    for (const Link& l : state.links)
-      if (std::fabs(dot(l.moving - l.fixed, l.normal)) <= on_surface * fit.scale) ++on;
-    fit.support = static_cast<double>(on) / static_cast<double>(part.points.size());
-    return fit;
-  } catch (const OverlapError&) {
-    return std::nullopt;
-  }
-}
-
 PartFinder::PartFinder(const OrientedCloud& model, double least_share)
     : model_(model),
-      least_(std::max<std::size_t>(30, static_cast<std::size_t>(least_share *
-                                                                static_cast<double>(model.points.size())))),
+      least_(
+          std::max<std::size_t>(30, static_cast<std::size_t>(least_share * static_cast<double>(model.points.size())))),
       evidence_(model) {
   forget_second();
 }
@@ -178,7 +96,8 @@ void PartFinder::look_for_seed(const OrientedCloud& frame, const PartFit& still,
   if (static_cast<std::size_t>(std::count(patch.begin(), patch.end(), 1)) < least_) return;
   const OrientedCloud seed = part_of(model_, patch);
   const std::optional<PartFit> moving = fit_part(seed, frame, std::array{still.motion}, context);
-  if (!moving || moving->support < least_support || !(misfit(seed, frame, moving->motion) < misfit(seed, frame, still.motion)))
+  if (!moving || moving->support < least_support ||
+      !(misfit(seed, frame, moving->motion) < misfit(seed, frame, still.motion)))
     return;
   Array<unsigned char> rest(n);
   for (std::size_t i = 0; i < n; ++i) rest[i] = off[i] == 0 && patch[i] == 0;
@@ -219,7 +138,7 @@ void PartFinder::draw_parts() {
   next_drawing_ = 2 * evidence_.frames();
   const Array<double> field = evidence_.blend();
   Array<unsigned char> first(field.size()), second(field.size());
-  for (std::size_t i = 0; i < field.size(); ++i) first[i] = field[i] < sure, second[i] = field[i] > 1 - sure;
+  for (std::size_t i = 0; i < field.size(); ++i) first[i] = field[i]<sure, second[i] = field[i]> 1 - sure;
   second = largest_patch(second);
   const auto count = [](const Array<unsigned char>& flag) {
     return static_cast<std::size_t>(std::count(flag.begin(), flag.end(), 1));

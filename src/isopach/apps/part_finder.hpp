@@ -1,40 +1,17 @@
 // PartFinder: the first reading of a sequence: which points of the reference frame move together.
 //
-// Frame by frame. At first the whole model is fitted (robustly: the larger part wins), until a connected patch of it does
-// not lie on the frame any more; that patch is the seed of the second part, which from then on is followed too. Evidence
-// of both motions is gathered from every frame, and the parts are drawn anew from it after 1, 2, 4, 8, … frames.
+// Frame by frame. At first the whole model is fitted (robustly: the larger part wins), until a connected patch of it
+// does not lie on the frame any more; that patch is the seed of the second part, which from then on is followed too.
+// Evidence of both motions is gathered from every frame, and the parts are drawn anew from it after 1, 2, 4, 8, …
+// frames.
 #pragma once
 #include <optional>
 #include <string>
 
 #include "isopach/apps/evidence.hpp"
-#include "isopach/match/icp_search.hpp"
+#include "isopach/apps/part_fit.hpp"
 
 namespace isopach {
-
-/// Fit of one part of the model to one frame.
-struct PartFit {
-  Motion motion;
-  double rms = 0;      ///< of the distances to the frame's planes that take part
-  double support = 0;  ///< share of the part's points that lie on the frame (within its noise)
-  PairInformation information;
-  double scale = 0;    ///< standard deviation of a distance, from the median of all pairs
-};
-
-/// The points of `model` with `flag` 1: what a part is fitted by.
-[[nodiscard]] OrientedCloud part_of(const OrientedCloud& model, std::span<const unsigned char> flag);
-
-/// Least squares of distances to planes from the best of `starts`, with bounded weights. Nothing where hardly a point has
-/// a partner. Cost: some nearest points of each point of the part.
-[[nodiscard]] std::optional<PartFit> fit_part(const OrientedCloud& part, const OrientedCloud& frame,
-                                              std::span<const Motion> starts, const Context& context);
-
-/// What tells noise from misfit in a frame.
-struct FrameScale {
-  double sigma = 0;  ///< standard deviation of the distances of points that fit
-  double reach = 0;  ///< distance of a nearest point that is still on the surface
-};
-[[nodiscard]] FrameScale frame_scale(const OrientedCloud& model, const OrientedCloud& frame, const PartFit& fit);
 
 class PartFinder {
  public:

@@ -16,49 +16,25 @@ namespace isopach {
 namespace {
 
 constexpr double least_angle = std::numbers::pi / 180;
-constexpr double sure = 0.15;        // blends below it stay, above one less it move
-constexpr double fit_sure = 0.04;    // the same for the points that a part is fitted by: none that moves a little less
+constexpr double sure = 0.15;      // blends below it stay, above one less it move
+constexpr double fit_sure = 0.04;  // the same for the points that a part is fitted by: none that moves a little less
 constexpr std::size_t least_points = 100;
 constexpr std::size_t blend_neighbours = 4;
 constexpr double least_support_static = 0.5, least_support_moving = 0.25;
 
 void check(const FrameSource& frames, const SequenceOptions& o) {
   if (frames.count < 2)
-    throw UsageError(fmt::format("{} frame: a sequence has at least 2: name the files, or a folder of them",
-                                 frames.count));
+    throw UsageError(
+        fmt::format("{} frame: a sequence has at least 2: name the files, or a folder of them", frames.count));
   if (o.reference >= frames.count)
-    throw UsageError(fmt::format("--reference: there is no frame {}: the last one is {}", o.reference,
-                                 frames.count - 1));
+    throw UsageError(
+        fmt::format("--reference: there is no frame {}: the last one is {}", o.reference, frames.count - 1));
   if (o.model_points < 500)
     throw UsageError(fmt::format("--model-points: {} are too few: at least 500", o.model_points));
   if (!(o.least_part > 0 && o.least_part < 0.5))
     throw UsageError(fmt::format("--least-part: {} is not a share above 0 and below 0.5", o.least_part));
   if (!(o.smooth >= 0)) throw UsageError("--smooth: not a number of frames, 0 or more");
   if (!(o.rate >= 0)) throw UsageError("--rate: not a number of frames a second");
-}
-
-/// Puts every point on the plane of its neighbours, so that noise of single points neither picks partners nor shifts
-/// planes.
-void flatten(OrientedCloud& cloud) {
-  for_each_index(cloud.points.size(),
-                 [&](std::size_t i) { cloud.points[i] = cloud.points[i] - cloud.height[i] * cloud.normals[i]; });
-  cloud.tree = std::make_unique<PointTree>(cloud.points);
-}
-
-/// Every k-th point along the curve, about `most` of them: spread like the points themselves. Without a tree.
-OrientedCloud thinned(const OrientedCloud& cloud, std::size_t most) {
-  const std::size_t stride = std::max<std::size_t>(1, (cloud.points.size() + most / 2) / most);
-  OrientedCloud result;
-  result.slope_noise = cloud.slope_noise;
-  result.roughness = cloud.roughness;
-  for (std::size_t i = 0; i < cloud.points.size(); i += stride) {
-    result.points.push_back(cloud.points[i]);
-    result.ids.push_back(cloud.ids[i]);
-    if (cloud.normals.empty()) continue;
-    result.normals.push_back(cloud.normals[i]);
-    result.boundary.push_back(cloud.boundary[i]);
-  }
-  return result;
 }
 
 /// The page's state: the model, and what two readings of the frames make of it.
@@ -95,8 +71,8 @@ class Sequence {
     frame_ = choose_frame(cloud, cloud, Pose{}, project_, context_);
     all_ = order_points(cloud, Pose{}, frame_, project_, 0, context_);
     if (all_.points.size() < least_points)
-      throw InputError(fmt::format("{}: {} points are too few for a reference: at least {}", source_.name(options_.reference),
-                                   all_.points.size(), least_points));
+      throw InputError(fmt::format("{}: {} points are too few for a reference: at least {}",
+                                   source_.name(options_.reference), all_.points.size(), least_points));
     orient(all_, context_);
     flatten(all_);
     model_ = thinned(all_, options_.model_points);
@@ -163,7 +139,7 @@ class Sequence {
     if (swap)
       for (double& b : blend) b = 1 - b;
     Array<unsigned char> still(blend.size()), moving(blend.size());
-    for (std::size_t i = 0; i < blend.size(); ++i) still[i] = blend[i] < fit_sure, moving[i] = blend[i] > 1 - fit_sure;
+    for (std::size_t i = 0; i < blend.size(); ++i) still[i] = blend[i]<fit_sure, moving[i] = blend[i]> 1 - fit_sure;
     static_ = part_of(model_, still);
     moving_ = part_of(model_, moving);
     spread_blend(blend);
@@ -192,8 +168,9 @@ class Sequence {
       }
     });
     for (const PartLabel l : result_.label)
-      ++(l == PartLabel::still ? result_.points_static
-                               : l == PartLabel::moving ? result_.points_moving : result_.points_between);
+      ++(l == PartLabel::still    ? result_.points_static
+         : l == PartLabel::moving ? result_.points_moving
+                                  : result_.points_between);
   }
 
   void follow_frame(std::size_t k) {
@@ -216,7 +193,8 @@ class Sequence {
       return;
     }
     std::vector<Motion> starts{composed(still->motion, relative_), still->motion};
-    if (before_) starts.push_back(composed(still->motion, composed(relative_, composed(inverted(*before_), relative_))));
+    if (before_)
+      starts.push_back(composed(still->motion, composed(relative_, composed(inverted(*before_), relative_))));
     const std::optional<PartFit> moving = fit_part(moving_, *frame, starts, context_);
     if (!moving || moving->support < least_support_moving) {
       f.skipped = "the part that moves does not lie on it";
@@ -234,14 +212,9 @@ class Sequence {
 
   /// Both fits err independently; what the first one turns wrongly moves the middle of the second.
   void set_precision(const PartFit& still, const PartFit& moving, FrameMotion& f) const {
-    const auto covariance = [&](const PartFit& fit) {
-      std::vector<std::string> weak;
-      const double n = fit.information.weight;
-      const double sigma2 = fit.information.error * n / std::max(1.0, n - 6);
-      return pair_covariance(fit.information, sigma2, n, information_floor(static_, static_),
-                             {"x", "y", "z"}, weak);
-    };
-    const auto a = covariance(still), b = covariance(moving);
+    std::vector<std::string> weak;
+    const auto a = covariance_of(still, information_floor(static_, static_), weak);
+    const auto b = covariance_of(moving, information_floor(moving_, moving_), weak);
     const auto trace = [](const std::array<double, 36>& c, std::size_t first) {
       return c[7 * first] + c[7 * (first + 1)] + c[7 * (first + 2)];
     };
@@ -259,8 +232,11 @@ class Sequence {
     const Point3 middle_moving = middle(PartLabel::moving), middle_all = middle_of_parts();
     result_.hinge = hinge_axis(motions, middle_moving, least_angle);
     HingeAxis axis{middle_moving, {1, 0, 0}, 0};
-    if (result_.hinge) axis = *result_.hinge;
-    else result_.warnings.emplace_back("the moving part hardly turns: there is no hinge axis, and the local axes are those of the input");
+    if (result_.hinge)
+      axis = *result_.hinge;
+    else
+      result_.warnings.emplace_back(
+          "the moving part hardly turns: there is no hinge axis, and the local axes are those of the input");
     result_.static_frame = result_.hinge ? hinge_frame(axis, middle_all) : shifted_to(middle_moving);
     choose_chin(axis);
     result_.moving_frame = result_.static_frame;

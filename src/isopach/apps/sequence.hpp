@@ -1,4 +1,5 @@
-// sequence(frames, options): what of a sequence of scans stays and what moves, and how (METHOD section 5, application 2).
+// sequence(frames, options): what of a sequence of scans stays and what moves, and how (METHOD section 5, application
+// 2).
 //
 // One frame is the reference: its points are the model. A first reading of all frames finds the two parts
 // (part_finder.hpp), a second one fits both parts to every frame. At any time there are two frames and the model in
@@ -18,14 +19,14 @@
 namespace isopach {
 
 struct SequenceOptions {
-  std::size_t reference = 0;        ///< which frame, counted from 0: angles and ways are relative to it
-  std::size_t model_points = 12000; ///< of the reference that parts are found and fitted by, about
-  double least_part = 0.02;         ///< share of the model that the moving part has at least
-  std::optional<Point3> static_at;  ///< the part nearest to this place stays; default: the one that moves less
-  std::optional<Point3> follow;     ///< point of the moving part to follow; default: the farthest from the hinge axis
-  double smooth = 2;                ///< frames to either side that a path is smoothed over; 0: not
-  double rate = 0;                  ///< frames a second; 0: unknown, times are frame numbers
-  std::string unit;                 ///< of lengths; empty: as in the reference
+  std::size_t reference = 0;         ///< which frame, counted from 0: angles and ways are relative to it
+  std::size_t model_points = 12000;  ///< of the reference that parts are found and fitted by, about
+  double least_part = 0.02;          ///< share of the model that the moving part has at least
+  std::optional<Point3> static_at;   ///< the part nearest to this place stays; default: the one that moves less
+  std::optional<Point3> follow;      ///< point of the moving part to follow; default: the farthest from the hinge axis
+  double smooth = 2;                 ///< frames to either side that a path is smoothed over; 0: not
+  double rate = 0;                   ///< frames a second; 0: unknown, times are frame numbers
+  std::string unit;                  ///< of lengths; empty: as in the reference
 };
 
 /// The frames, read one at a time.
@@ -42,9 +43,9 @@ struct FrameMotion {
   std::string skipped;  ///< why; empty: used
   double time = 0;      ///< seconds, or the frame's number
   std::size_t points = 0;
-  Pose head;             ///< T_frame_reference of the part that stays
-  Pose motion;           ///< of the part that moves, relative to the part that stays
-  Pose local;            ///< the same between the parts' own frames (T_static_moving)
+  Pose head;                                      ///< T_frame_reference of the part that stays
+  Pose motion;                                    ///< of the part that moves, relative to the part that stays
+  Pose local;                                     ///< the same between the parts' own frames (T_static_moving)
   double rms_static = 0, rms_moving = 0;          ///< distances of the parts' points to the frame's surface
   double support_static = 0, support_moving = 0;  ///< share of the part's points that lie on it
   double sigma_angle = 0, sigma_shift = 0;        ///< of `motion`: rad, and length at the middle of the part
@@ -66,10 +67,10 @@ struct SequenceResult {
   std::string unit = "unknown";
   std::vector<FrameMotion> frames;  ///< all of them, in order
   std::size_t used = 0;
-  Array<Point3> points;       ///< of the reference, input coordinates, finite ones
-  Array<Index> ids;           ///< of these in the reference's file
-  Array<double> blend;        ///< of each: 0 stays, 1 moves
-  Array<PartLabel> label;     ///< of each: by the blend; between: from 0.15 to 0.85
+  Array<Point3> points;    ///< of the reference, input coordinates, finite ones
+  Array<Index> ids;        ///< of these in the reference's file
+  Array<double> blend;     ///< of each: 0 stays, 1 moves
+  Array<PartLabel> label;  ///< of each: by the blend; between: from 0.15 to 0.85
   std::size_t points_static = 0, points_moving = 0, points_between = 0;
   std::optional<HingeAxis> hinge;
   Pose static_frame, moving_frame;  ///< T_reference_local: origins the hinge point and the chin, axes alike
@@ -81,9 +82,9 @@ struct SequenceResult {
 };
 
 /// A frame that cannot be read, is empty or does not show the model is reported (FrameMotion::skipped, a warning) and
-/// skipped. Errors: UsageError for fewer than 2 frames or options without sense; InputError where the reference cannot be
-/// used, where no part moves against the rest, and where fewer than 2 frames are left. Cost: each frame is read twice;
-/// O(points log points) a frame. The same bits for any number of threads and any order of the points.
+/// skipped. Errors: UsageError for fewer than 2 frames or options without sense; InputError where the reference cannot
+/// be used, where no part moves against the rest, and where fewer than 2 frames are left. Cost: each frame is read
+/// twice; O(points log points) a frame. The same bits for any number of threads and any order of the points.
 [[nodiscard]] SequenceResult sequence(const FrameSource& frames, const SequenceOptions& options,
                                       const Context& context);
 

@@ -1,6 +1,6 @@
-// A chewing face, frame by frame, as a scanner in front of it sees it: the upper face moves with the head, the lower one
-// with the jaw as well (hinge and translation), the skin between them follows by a blend of the two. mm, the face of the
-// scene `face`: x to the viewer's right, y up, z to the viewer.
+// A chewing face, frame by frame, as a scanner in front of it sees it: the upper face moves with the head, the lower
+// one with the jaw as well (hinge and translation), the skin between them follows by a blend of the two. mm, the face
+// of the scene `face`: x to the viewer's right, y up, z to the viewer.
 //
 // A point p of the face at rest is at head(k) · ((1 − blend) p + blend · jaw(k) p) in frame k. Every frame samples the
 // face anew; what is turned away from the scanner is not seen; the open mouth is a hole. Noise is along z.
@@ -17,9 +17,9 @@ namespace isopach {
 
 struct ChewingOptions {
   std::size_t frames = 60;
-  std::size_t points = 50000;     ///< about, a frame: a few per cent are turned away
-  double noise = 0.05;            ///< standard deviation along z, mm
-  double opening = 18;            ///< of the jaw at its widest, degrees
+  std::size_t points = 50000;  ///< about, a frame: a few per cent are turned away
+  double noise = 0.05;         ///< standard deviation along z, mm
+  double opening = 18;         ///< of the jaw at its widest, degrees
   std::size_t frames_a_cycle = 20;
 };
 

@@ -1,0 +1,14 @@
+// simulate chewing: a sequence of frames instead of two scans.
+#pragma once
+#include <string>
+
+#include "cli/output.hpp"
+#include "cli/scene.hpp"
+
+namespace isopach::cli {
+
+/// Writes frame_000, frame_001, … and truth.json to `folder` and commits it. `frames` 0: the scene's own number.
+int simulate_chewing(const SceneRequest& request, std::size_t frames, const std::string& extension,
+                     OutputFolder& folder, Run& run);
+
+}  // namespace isopach::cli
