@@ -1,8 +1,8 @@
 // isopach simulate SCENE -o DIR
 #include <fmt/core.h>
 
-#include "cli/chewing.hpp"
 #include "cli/command.hpp"
+#include "cli/other_scenes.hpp"
 #include "cli/output.hpp"
 #include "cli/scene.hpp"
 #include "cli/verbs.hpp"
@@ -32,7 +32,9 @@ int run_simulate(const Arguments& arguments) {
   Format format = Format::ply;
   RunOptions run_options;
   Command command("simulate", description, footer);
-  command.positional("SCENE", scene_request.name, "One of " + scene_list() + ", chewing (a sequence of frames)");
+  command.positional(
+      "SCENE", scene_request.name,
+      "One of " + scene_list() + ", chewing (a sequence of frames), combine (face, jaw and reference object)");
   command.heading("Output");
   command.option("-o,--output", "DIR", output, "Folder for a, b and truth.json; made if it is not there")
       ->required()
@@ -51,6 +53,7 @@ int run_simulate(const Arguments& arguments) {
   const std::string extension = format == Format::ply ? ".ply" : format == Format::las ? ".las" : ".xyz";
   if (scene_request.name == "chewing") return simulate_chewing(scene_request, frames, extension, folder, run);
   if (frames > 0) throw UsageError("--frames: is an option of the scene chewing");
+  if (scene_request.name == "combine") return simulate_combine(scene_request, extension, folder, run);
   const Scene scene = make_scene(scene_request.name, scene_request.scene_options(), run.context());
   write_cloud(folder.path("a" + extension), scene.a, run.context());
   write_cloud(folder.path("b" + extension), scene.b, run.context());

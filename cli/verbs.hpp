@@ -16,6 +16,7 @@ int run_compare(const Arguments& arguments);
 int run_match(const Arguments& arguments);
 int run_distance(const Arguments& arguments);
 int run_sequence(const Arguments& arguments);
+int run_combine(const Arguments& arguments);
 int run_info(const Arguments& arguments);
 int run_simulate(const Arguments& arguments);
 int run_demo(const Arguments& arguments);

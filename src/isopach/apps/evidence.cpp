@@ -30,14 +30,6 @@ Own own_of(const std::array<double, Evidence::levels>& cost) {
 
 }  // namespace
 
-double surface_distance(const OrientedCloud& frame, const Point3& place, double reach) {
-  const PointTree::Two two = frame.tree->nearest_two(place);
-  const double far = std::sqrt(two.first2);
-  const Point3 normal = frame.normals[two.first];
-  if (far > reach || squared_length(normal) == 0) return far;
-  return std::fabs(dot(place - frame.points[two.first], normal));
-}
-
 Evidence::Evidence(const OrientedCloud& model) : model_(model), near_(model.points.size()), cost_(model.points.size()) {
   for_blocks(near_.size(), query_block, [&](std::size_t begin, std::size_t end) {
     std::vector<Index> found;

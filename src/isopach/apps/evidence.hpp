@@ -9,15 +9,10 @@
 #include <array>
 #include <span>
 
+#include "isopach/apps/part_fit.hpp"
 #include "isopach/base/context.hpp"
-#include "isopach/match/motion.hpp"
-#include "isopach/match/oriented.hpp"
 
 namespace isopach {
-
-/// Distance of a place from the surface of a frame: to the plane at the nearest point where that is near, else to the
-/// point. `reach`: near.
-[[nodiscard]] double surface_distance(const OrientedCloud& frame, const Point3& place, double reach);
 
 class Evidence {
  public:

@@ -31,6 +31,14 @@ MatchOptions fit_options() {
 
 }  // namespace
 
+double surface_distance(const OrientedCloud& frame, const Point3& place, double reach) {
+  const PointTree::Two two = frame.tree->nearest_two(place);
+  const double far = std::sqrt(two.first2);
+  const Point3 normal = frame.normals[two.first];
+  if (far > reach || squared_length(normal) == 0) return far;
+  return std::fabs(dot(place - frame.points[two.first], normal));
+}
+
 double misfit(const OrientedCloud& part, const OrientedCloud& frame, const Motion& motion) {
   const std::size_t n = part.points.size(), stride = std::max<std::size_t>(1, n / start_sample);
   Array<double> far((n + stride - 1) / stride);

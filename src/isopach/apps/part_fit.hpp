@@ -25,6 +25,10 @@ struct PartFit {
 [[nodiscard]] std::optional<PartFit> fit_part(const OrientedCloud& part, const OrientedCloud& frame,
                                               std::span<const Motion> starts, const Context& context);
 
+/// Distance of a place from the surface of a frame: to the plane at the nearest point where that is near, else to the
+/// point. `reach`: near.
+[[nodiscard]] double surface_distance(const OrientedCloud& frame, const Point3& place, double reach);
+
 /// Median distance of some points of the part from the nearest of the frame, squared.
 [[nodiscard]] double misfit(const OrientedCloud& part, const OrientedCloud& frame, const Motion& motion);
 
