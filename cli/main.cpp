@@ -21,6 +21,8 @@ const std::vector<Verb>& verbs() {
       {"distance", "distances in space: nearest point or surface, normal, Hausdorff, M3C2", run_distance},
       {"asymmetry", "symmetry plane of a face, how and where its two sides differ", run_asymmetry},
       {"roughness", "areal roughness and wrinkles, once form and waviness are removed", run_roughness},
+      {"sequence", "static and moving part of a sequence of scans, and the motion of every frame", run_sequence},
+      {"combine", "two scans in one model, by a reference object that is seen in both", run_combine},
       {"info", "what files hold: points, bounds, unit, CRS, attributes, layers", run_info},
       {"simulate", "two scans of a made scene whose true volumes are known", run_simulate},
       {"demo", "simulate, compare and report, with the truth beside the result", run_demo},

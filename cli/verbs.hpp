@@ -17,6 +17,8 @@ int run_match(const Arguments& arguments);
 int run_distance(const Arguments& arguments);
 int run_asymmetry(const Arguments& arguments);
 int run_roughness(const Arguments& arguments);
+int run_sequence(const Arguments& arguments);
+int run_combine(const Arguments& arguments);
 int run_info(const Arguments& arguments);
 int run_simulate(const Arguments& arguments);
 int run_demo(const Arguments& arguments);

@@ -83,6 +83,7 @@ class Fitter {
 
   struct Plane {
     Point3 normal{0, 0, 0};
+    double height = 0;
     bool boundary = true;
     double slope_noise = 0, roughness = 0;
   };
@@ -107,6 +108,7 @@ class Fitter {
     if (!(sizes[1] > line * sizes[2])) return plane;
     const Point3 across = axis(0), along = axis(2), beside = axis(1);
     plane.normal = across;
+    plane.height = -dot(mean, across);
     plane.boundary = is_open(centre, along, beside);
     const double noise2 = std::max(0.0, sizes[0]) / (n - 3);
     plane.slope_noise = noise2 / sizes[1];
@@ -170,6 +172,7 @@ void orient(OrientedCloud& cloud, const Context& context) {
   const std::size_t n = cloud.points.size();
   cloud.tree = std::make_unique<PointTree>(cloud.points);
   cloud.normals.resize(n);
+  cloud.height.resize(n);
   cloud.boundary.resize(n);
   Array<double> slope_noise(n), roughness(n);
   for_blocks(n, normal_block, [&](std::size_t begin, std::size_t end) {
@@ -177,6 +180,7 @@ void orient(OrientedCloud& cloud, const Context& context) {
     for (std::size_t i = begin; i < end; ++i) {
       const Fitter::Plane plane = fitter.fit(i);
       cloud.normals[i] = plane.normal;
+      cloud.height[i] = plane.height;
       cloud.boundary[i] = plane.boundary ? 1 : 0;
       slope_noise[i] = plane.slope_noise;
       roughness[i] = plane.roughness;

@@ -15,6 +15,7 @@ struct OrientedCloud {
   Array<Point3> points;           ///< frame coordinates, Morton order: a function of the set of points
   Array<Index> ids;               ///< of each in its Cloud
   Array<Point3> normals;          ///< length 1, of either sign; (0, 0, 0) where the neighbours lie on a line
+  Array<double> height;           ///< of each point over the plane of its neighbours, along its normal
   Array<unsigned char> boundary;  ///< 1 where the neighbours leave a side open
   std::unique_ptr<PointTree> tree;
   double slope_noise = 0;  ///< variance (rad²) of a normal that noise alone gives, median over the points

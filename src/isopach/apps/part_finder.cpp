@@ -1,0 +1,156 @@
+#include "isopach/apps/part_finder.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+#include "isopach/apps/motions.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/distance/vectors.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr std::size_t query_block = 256;
+constexpr double on_surface = 4;       // standard deviations within which a point lies on the frame
+constexpr double least_support = 0.5;  // of a part's points; below it the frame does not show the part
+constexpr std::size_t seed_neighbours = 16;
+constexpr double seed_majority = 0.6;
+constexpr double sure = 0.15;  // blends below it and above one less it belong to a part for certain
+
+Point3 middle_of(const OrientedCloud& cloud) {
+  Point3 sum{0, 0, 0};
+  for (const Point3& p : cloud.points) sum = sum + p;
+  return (1 / static_cast<double>(cloud.points.size())) * sum;
+}
+
+}  // namespace
+
+PartFinder::PartFinder(const OrientedCloud& model, double least_share)
+    : model_(model),
+      least_(
+          std::max<std::size_t>(30, static_cast<std::size_t>(least_share * static_cast<double>(model.points.size())))),
+      evidence_(model) {
+  forget_second();
+}
+
+void PartFinder::forget_second() {
+  first_ = part_of(model_, Array<unsigned char>(model_.points.size(), 1));
+  second_ = OrientedCloud{};
+  relative_.reset();
+  relative_before_.reset();
+  evidence_.clear();
+  next_drawing_ = 1;
+}
+
+bool PartFinder::add(const OrientedCloud& frame, std::string& reason, const Context& context) {
+  const std::optional<PartFit> still = fit_part(first_, frame, std::array{still_}, context);
+  if (!still || still->support < least_support) {
+    reason = "the part that stays does not lie on it";
+    return false;
+  }
+  still_ = still->motion;
+  const FrameScale scale = frame_scale(first_, frame, *still);
+  if (!relative_) {
+    look_for_seed(frame, *still, scale, context);
+  } else {
+    std::vector<Motion> starts{composed(still_, *relative_)};
+    if (relative_before_)
+      starts.push_back(composed(still_, composed(*relative_, composed(inverted(*relative_before_), *relative_))));
+    const std::optional<PartFit> moving = fit_part(second_, frame, starts, context);
+    if (!moving || moving->support < least_support / 2) {
+      reason = "the part that moves does not lie on it";
+      return false;
+    }
+    relative_before_ = relative_;
+    relative_ = composed(inverted(still_), moving->motion);
+  }
+  if (!relative_) return true;
+  const Motion moving = composed(still_, *relative_);
+  evidence_.add(frame, still_, moving, scale.sigma, scale.reach);
+  ++frames_;
+  const Point3 a = middle_of(first_), b = middle_of(second_);
+  travelled_[0] += squared_length(still_.apply(a) - a);
+  travelled_[1] += squared_length(moving.apply(b) - b);
+  if (evidence_.frames() >= next_drawing_) draw_parts();
+  return true;
+}
+
+void PartFinder::look_for_seed(const OrientedCloud& frame, const PartFit& still, const FrameScale& scale,
+                               const Context& context) {
+  const std::size_t n = model_.points.size();
+  Array<unsigned char> off(n), patch(n);
+  for_blocks(n, query_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t i = begin; i < end; ++i)
+      off[i] = surface_distance(frame, still.motion.apply(model_.points[i]), scale.reach) > on_surface * scale.sigma;
+  });
+  for_blocks(n, query_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<Index> found;
+    for (std::size_t i = begin; i < end; ++i) {
+      model_.tree->nearest(model_.points[i], seed_neighbours, found);
+      const auto many = std::count_if(found.begin(), found.end(), [&](Index k) { return off[k] != 0; });
+      patch[i] = static_cast<double>(many) >= seed_majority * static_cast<double>(found.size());
+    }
+  });
+  patch = largest_patch(patch);
+  if (static_cast<std::size_t>(std::count(patch.begin(), patch.end(), 1)) < least_) return;
+  const OrientedCloud seed = part_of(model_, patch);
+  const std::optional<PartFit> moving = fit_part(seed, frame, std::array{still.motion}, context);
+  if (!moving || moving->support < least_support ||
+      !(misfit(seed, frame, moving->motion) < misfit(seed, frame, still.motion)))
+    return;
+  Array<unsigned char> rest(n);
+  for (std::size_t i = 0; i < n; ++i) rest[i] = off[i] == 0 && patch[i] == 0;
+  if (static_cast<std::size_t>(std::count(rest.begin(), rest.end(), 1)) < least_) return;
+  set_parts(patch, rest);
+  relative_ = composed(inverted(still_), moving->motion);
+}
+
+Array<unsigned char> PartFinder::largest_patch(const Array<unsigned char>& flag) const {
+  const std::size_t n = flag.size();
+  std::vector<Index> parent(n);
+  std::iota(parent.begin(), parent.end(), Index{0});
+  const auto root = [&](Index i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (std::size_t i = 0; i < n; ++i)
+    for (const Index j : evidence_.near(i))
+      if (j != no_index && flag[i] != 0 && flag[j] != 0) {
+        const Index a = root(static_cast<Index>(i)), b = root(j);
+        parent[std::max(a, b)] = std::min(a, b);
+      }
+  std::vector<std::size_t> size(n, 0);
+  for (std::size_t i = 0; i < n; ++i)
+    if (flag[i] != 0) ++size[root(static_cast<Index>(i))];
+  const auto largest = static_cast<Index>(std::max_element(size.begin(), size.end()) - size.begin());
+  Array<unsigned char> result(n);
+  for (std::size_t i = 0; i < n; ++i) result[i] = flag[i] != 0 && root(static_cast<Index>(i)) == largest;
+  return result;
+}
+
+void PartFinder::set_parts(const Array<unsigned char>& second, const Array<unsigned char>& first) {
+  first_ = part_of(model_, first);
+  second_ = part_of(model_, second);
+}
+
+void PartFinder::draw_parts() {
+  next_drawing_ = 2 * evidence_.frames();
+  const Array<double> field = evidence_.blend();
+  Array<unsigned char> first(field.size()), second(field.size());
+  for (std::size_t i = 0; i < field.size(); ++i) first[i] = field[i]<sure, second[i] = field[i]> 1 - sure;
+  second = largest_patch(second);
+  const auto count = [](const Array<unsigned char>& flag) {
+    return static_cast<std::size_t>(std::count(flag.begin(), flag.end(), 1));
+  };
+  if (count(second) < least_ || count(first) < least_) return forget_second();
+  set_parts(second, first);
+}
+
+Array<double> PartFinder::blend() const { return evidence_.blend(); }
+
+double PartFinder::travel(bool second) const {
+  return frames_ == 0 ? 0 : std::sqrt(travelled_[second ? 1 : 0] / static_cast<double>(frames_));
+}
+
+}  // namespace isopach

@@ -1,0 +1,212 @@
+#include "isopach/report/combine.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <numbers>
+
+#include "isopach/io/write.hpp"
+#include "isopach/report/chart.hpp"
+#include "isopach/report/page.hpp"
+#include "isopach/report/values.hpp"
+#include "isopach/report/words.hpp"
+#include "isopach/version.hpp"
+
+namespace isopach {
+namespace {
+
+using namespace values;
+constexpr Typography ascii = Typography::plain;
+constexpr Typography fine = Typography::fine;
+constexpr double degrees = 180 / std::numbers::pi;
+constexpr std::array<const char*, 4> part_names{"face", "jaw", "reference_in_face", "reference_in_jaw"};
+
+Json input_json(const InputSummary& in) {
+  return {{"role", in.role}, {"path", in.path}, {"points", in.points}, {"unit", in.unit}, {"format", in.format}};
+}
+
+Json covariance_json(const std::array<double, 36>& c) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < 6; ++i) {
+    Json row = Json::array();
+    for (std::size_t j = 0; j < 6; ++j) row.push_back(real(c[6 * i + j]));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+Json located_json(const LocatedReference& l) {
+  return {{"matrix", matrix(l.pose)},
+          {"rms", real(l.rms)},
+          {"share", real(l.share)},
+          {"covered", real(l.covered)},
+          {"centre", point(l.centre)},
+          {"covariance", covariance_json(l.covariance)},
+          {"weak_directions", l.weak_directions}};
+}
+
+Json maybe_matrix(const std::optional<Pose>& pose) { return pose ? matrix(*pose) : Json(nullptr); }
+
+void line(std::string& out, const char* label, const std::string& text) {
+  out += fmt::format("  {:<16}{}\n", label, text);
+}
+
+std::string located_line(const LocatedReference& l, const std::string& unit) {
+  return fmt::format("{} % of the object found, {} % of the scan is the object, fit {} {} (RMS)",
+                     fixed_number(100 * l.share, 1, ascii), fixed_number(100 * l.covered, 1, ascii),
+                     number(l.rms, ascii, 3), unit);
+}
+
+class CombinePage : HtmlPage {
+ public:
+  CombinePage(const Combination& c, const std::string& json) : HtmlPage(json), c_(c), unit_(unit_text(c.unit)) {}
+
+  std::string write() {
+    open_page(input_name(c_.face_input) + " with " + input_name(c_.jaw_input));
+    head();
+    warnings();
+    pictures();
+    numbers();
+    pose();
+    settings();
+    timing();
+    raw();
+    close_page();
+    return out_;
+  }
+
+ private:
+  void head() {
+    out_ += "<header>\n<h1>" + escaped(input_name(c_.face_input)) + " <span>with</span> " +
+            escaped(input_name(c_.jaw_input)) + "</h1>\n<p class=\"lead\">By " +
+            escaped(input_name(c_.reference_input)) +
+            ", which is seen in both scans, the middle of the jaw lies in its place to within " +
+            plain("uncertainty.sigma_middle") + "\u00a0" + unit_ +
+            " (one standard deviation).</p>\n<p class=\"soft\">The model is in coordinates of the face scan.</p>\n"
+            "</header>\n<div class=\"cards\">\n";
+    card(plain("uncertainty.sigma_middle"), unit_, "± at the middle of the jaw");
+    card(plain("uncertainty.sigma_farthest"), unit_, "± at the jaw's farthest point");
+    card(plain("uncertainty.sigma_angle_deg"), "°", "± of the turn");
+    card(percent("face.share"), "%", "of the object found in the face scan");
+    card(percent("jaw.share"), "%", "of the object found in the jaw scan");
+    out_ += "</div>\n";
+  }
+
+  void pictures() {
+    out_ += "<h2>The model</h2>\n";
+    const auto view = [&](const char* title, const char* across, double Point3::*x, double Point3::*y) {
+      Chart chart;
+      chart.title = title;
+      chart.x_label = std::string(across) + ", " + c_.unit;
+      chart.y_label = "y, " + c_.unit;
+      chart.equal_scales = true;
+      for (std::size_t k = 0; k < part_names.size(); ++k) {
+        ChartSeries s;
+        s.name = part_names[k];
+        std::replace(s.name.begin(), s.name.end(), '_', ' ');
+        s.dots = true;
+        const std::size_t step = std::max<std::size_t>(1, c_.counts[k] / 1500);
+        std::size_t seen = 0;
+        for (std::size_t i = 0; i < c_.points.size(); ++i)
+          if (c_.part[i] == static_cast<CombinedPart>(k) && seen++ % step == 0)
+            s.points.push_back({c_.points[i].*x, c_.points[i].*y});
+        chart.series.push_back(std::move(s));
+      }
+      out_ += chart_svg(chart);
+    };
+    view("Dots of all parts along z of the face scan", "x", &Point3::x, &Point3::y);
+    view("Dots of all parts along x of the face scan", "z", &Point3::z, &Point3::y);
+  }
+
+  void numbers() {
+    open_table("How the object was found",
+               "<th></th><th class=\"n\">face</th><th class=\"n\">jaw</th><th>what it says</th>");
+    const auto both_rows = [&](const char* name, const std::string& face, const std::string& jaw, const char* why) {
+      out_ += std::string("<tr><th scope=\"row\">") + name + "</th><td class=\"n\">" + face + "</td><td class=\"n\">" +
+              jaw + "</td><td class=\"why\">" + why + "</td></tr>\n";
+    };
+    both_rows("found, %", percent("face.share"), percent("jaw.share"), "of the object's points lie on the scan");
+    both_rows("covered, %", percent("face.covered"), percent("jaw.covered"), "of the scan's points lie on the object");
+    both_rows("fit", plain("face.rms"), plain("jaw.rms"), "RMS distance of the pairs that take part");
+    close_table();
+  }
+
+  void pose() {
+    out_ += "<h2>From jaw to face</h2>\n<pre>";
+    for (std::size_t i = 0; i < 4; ++i)
+      out_ += fmt::format("{:>20.12g} {:>20.12g} {:>20.12g} {:>20.12g}\n", c_.face_jaw.m[4 * i],
+                          c_.face_jaw.m[4 * i + 1], c_.face_jaw.m[4 * i + 2], c_.face_jaw.m[4 * i + 3]);
+    out_ += "</pre>\n<p class=\"soft\">Row-major; takes coordinates of the jaw scan to those of the face scan.</p>\n";
+  }
+
+  const Combination& c_;
+  std::string unit_;
+};
+
+}  // namespace
+
+std::string combine_json(const Combination& c, const std::vector<std::string>& outputs) {
+  Json counts = Json::object();
+  for (std::size_t k = 0; k < part_names.size(); ++k) counts[part_names[k]] = c.counts[k];
+  Json timing = Json::object();
+  for (const auto& [stage, seconds] : c.timing.stages) timing[stage] = real(seconds);
+  timing["total"] = real(c.timing.total);
+  const Json report = {
+      {"schema", "isopach.combine/1"},
+      {"tool", {{"name", tool_name}, {"version", version}}},
+      {"inputs", Json::array({input_json(c.face_input), input_json(c.jaw_input), input_json(c.reference_input)})},
+      {"parameters",
+       {{"least_share", real(c.options.least_share)},
+        {"start_face", maybe_matrix(c.options.start_face)},
+        {"start_jaw", maybe_matrix(c.options.start_jaw)},
+        {"unit", c.unit}}},
+      {"pose", {{"convention", "face = matrix * jaw, row-major, input coordinates"}, {"matrix", matrix(c.face_jaw)}}},
+      {"face", located_json(c.face)},
+      {"jaw", located_json(c.jaw)},
+      {"uncertainty",
+       {{"covariance", covariance_json(c.covariance)},
+        {"centre", point(c.centre)},
+        {"sigma_angle_deg", real(degrees * c.sigma_angle)},
+        {"jaw_middle", point(c.jaw_middle)},
+        {"sigma_middle", real(c.sigma_middle)},
+        {"sigma_farthest", real(c.sigma_farthest)}}},
+      {"parts", counts},
+      {"outputs", outputs},
+      {"warnings", c.warnings},
+      {"timing_s", timing}};
+  return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+std::string combine_text(const Combination& c) {
+  const std::string unit = unit_text(c.unit);
+  std::string out = fmt::format("{} with {} by {}: the jaw's middle to within {} {} (one standard deviation)\n",
+                                input_name(c.face_input), input_name(c.jaw_input), input_name(c.reference_input),
+                                number(c.sigma_middle, ascii, 2), unit);
+  line(out, "in the face", located_line(c.face, unit));
+  line(out, "in the jaw", located_line(c.jaw, unit));
+  line(out, "uncertainty",
+       fmt::format("turn {} degrees; {} {} at the jaw's middle, {} {} at its farthest point",
+                   number(degrees * c.sigma_angle, ascii, 2), number(c.sigma_middle, ascii, 2), unit,
+                   number(c.sigma_farthest, ascii, 2), unit));
+  for (std::size_t i = 0; i < 4; ++i)
+    line(out, i == 0 ? "jaw to face" : "",
+         fmt::format("{:>20.15g} {:>20.15g} {:>20.15g} {:>20.15g}", c.face_jaw.m[4 * i], c.face_jaw.m[4 * i + 1],
+                     c.face_jaw.m[4 * i + 2], c.face_jaw.m[4 * i + 3]));
+  line(out, "time", fmt::format("{:.2f} s", c.timing.total));
+  for (const std::string& w : c.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  return out;
+}
+
+std::string combine_html(const Combination& c, const std::string& json) { return CombinePage(c, json).write(); }
+
+void write_combined(const std::string& path, const Combination& c, const Context& context) {
+  Cloud out;
+  out.points = c.points;
+  out.unit = out.vertical_unit = c.unit;
+  Attribute part{"part", Array<double>(c.part.size())};
+  for (std::size_t i = 0; i < c.part.size(); ++i) part.values[i] = static_cast<double>(c.part[i]);
+  out.attributes.push_back(std::move(part));
+  write_cloud(path, out, context);
+}
+
+}  // namespace isopach
