@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/registration.hpp"
@@ -38,6 +39,7 @@ struct Request {
   RegistrationError registration;
   CLI::Option* model = nullptr;  // --uncertainty-model
   bool no_layer_check = false, match = false;
+  MatchOptions matching;  ///< compare and start are those of the comparison
   Delivery delivery;
   RunOptions run;
 };
@@ -166,15 +168,15 @@ void add_measure_options(Command& command, Request& request) {
 /// matching has to say goes into `remarks`.
 void match_first(const Cloud& a, const Cloud& b, const Request& request, CompareOptions& options,
                  std::vector<std::string>& remarks, const Run& run) {
-  MatchOptions wanted;
+  MatchOptions wanted = request.matching;
   wanted.compare = options;
   wanted.compare.pose = {};
   wanted.compare.measure = MeasureKind::V, wanted.compare.currents = {};
   wanted.compare.check_layers = false;
   wanted.compare.uncertainty = {};
-  wanted.compare.weight = {};
   wanted.compare.noise_floor = false;
   wanted.start = options.pose;
+  wanted.judge = false;  // the comparison that follows does
   const Matching m = match(b, a, wanted, run.context());
   if (!m.converged)
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
@@ -198,9 +200,13 @@ int run_compare(const Arguments& arguments) {
   add_delivery_options(command, request.delivery, "");
   add_projection_options(command, request);
   add_measure_options(command, request);
+  add_match_options(command, request.matching);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
 
+  if (!request.match) refuse_match_options(request.matching, "--match");
+  if (!request.pose_path.empty() && request.matching.coarse)
+    throw UsageError("--pose and --coarse: a start is given or looked for, not both");
   std::vector<Tolerance> tolerances;
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));

@@ -1,5 +1,7 @@
 #include "isopach/match/surface.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "isopach/base/parallel.hpp"
@@ -10,7 +12,7 @@ namespace isopach {
 
 namespace {
 
-/// By gathering round the nodes in the order of the triangles: the same bits for any number of threads.
+// One after the other in the order of the triangles: the same bits for any number of threads.
 Array<double> node_areas(const Triangulation& t, std::span<const Point2> xy, const Footprint& footprint) {
   Array<double> area(xy.size());
   std::fill(area.begin(), area.end(), 0.0);
@@ -23,6 +25,67 @@ Array<double> node_areas(const Triangulation& t, std::span<const Point2> xy, con
   return area;
 }
 
+constexpr double thin = 1e-9;  // twice the area over the squares of the sides: such facets have no slope
+
+struct Slope {
+  double x = 0, y = 0, area = 0;
+};
+
+// The slopes of the facets; cosine 1 where there is a surface.
+void facet_slopes(MatchSurface& s) {
+  s.facets.resize(s.t.real);
+  for_each_index(s.t.real, [&](std::size_t i) {
+    Facet& f = s.facets[i] = {};
+    if (!s.footprint.keeps(static_cast<Index>(i))) return;
+    const auto& v = s.t.triangles[i].v;
+    const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
+    const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
+    const double twice = bx * cy - by * cx;
+    if (!(twice > thin * (bx * bx + by * by + cx * cx + cy * cy))) return;
+    const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
+    f.gx = (zb * cy - zc * by) / twice;
+    f.gy = (zc * bx - zb * cx) / twice;
+    f.cosine = 1;
+  });
+}
+
+// The mean slope around each node, by area.
+Array<Slope> node_slopes(const MatchSurface& s) {
+  Array<Slope> slopes(s.xy.size());
+  std::fill(slopes.begin(), slopes.end(), Slope{});
+  for (Index i = 0; i < s.t.real; ++i) {
+    const Facet& f = s.facets[i];
+    if (f.cosine == 0) continue;
+    const auto& v = s.t.triangles[i].v;
+    const double area = triangle_area(s.xy[v[0]], s.xy[v[1]], s.xy[v[2]]);
+    for (const Index node : v) slopes[node].x += area * f.gx, slopes[node].y += area * f.gy, slopes[node].area += area;
+  }
+  for_each_index(slopes.size(), [&](std::size_t i) {
+    if (slopes[i].area > 0) slopes[i].x /= slopes[i].area, slopes[i].y /= slopes[i].area;
+  });
+  return slopes;
+}
+
+void smooth_slopes(MatchSurface& s) {
+  const Array<Slope> slopes = node_slopes(s);
+  for_each_index(s.t.real, [&](std::size_t i) {
+    Facet& f = s.facets[i];
+    if (f.cosine == 0) return;
+    const auto& v = s.t.triangles[i].v;
+    const double x = (slopes[v[0]].x + slopes[v[1]].x + slopes[v[2]].x) / 3,
+                 y = (slopes[v[0]].y + slopes[v[1]].y + slopes[v[2]].y) / 3;
+    f.smooth_gx = static_cast<float>(x), f.smooth_gy = static_cast<float>(y);
+    f.cosine =
+        static_cast<float>(1 / std::sqrt(1 + (double)f.smooth_gx * f.smooth_gx + (double)f.smooth_gy * f.smooth_gy));
+  });
+}
+
+void describe_facets(MatchSurface& s) {
+  s.weight = node_areas(s.t, s.xy, s.footprint);
+  facet_slopes(s);
+  smooth_slopes(s);
+}
+
 }  // namespace
 
 MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box, bool trim, double max_edge,
@@ -32,36 +95,73 @@ MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box
   s.z = std::move(z);
   s.t = triangulate(s.xy, box, context);
   s.footprint = footprint(s.t, s.xy, trim, max_edge, context);
-  s.weight = node_areas(s.t, s.xy, s.footprint);
+  describe_facets(s);
   return s;
 }
 
-MatchSurface thinned(std::span<const Point2> xy, std::span<const double> z, std::size_t run, bool trim,
-                     const Context& context) {
-  const std::size_t n = (xy.size() + run - 1) / run;
-  Array<Point3> means(n);
-  for_each_index(n, [&](std::size_t i) {
-    const std::size_t begin = i * run, end = std::min(xy.size(), begin + run);
-    Point3 sum{0, 0, 0};
-    for (std::size_t k = begin; k < end; ++k) sum = {sum.x + xy[k].x, sum.y + xy[k].y, sum.z + z[k]};
-    const auto count = static_cast<double>(end - begin);
-    means[i] = {sum.x / count, sum.y / count, sum.z / count};
+MatchSurface make_surface(Array<Point2> xy, Array<double> z, Triangulation t, const Array<unsigned char>& kept) {
+  MatchSurface s;
+  s.xy = std::move(xy);
+  s.z = std::move(z);
+  s.t = std::move(t);
+  s.footprint.removed.resize(kept.size());
+  for_each_index(kept.size(), [&](std::size_t i) { s.footprint.removed[i] = kept[i] == 0 ? 1 : 0; });
+  describe_facets(s);
+  return s;
+}
+
+void weigh(MatchSurface& s, Array<double> mu) {
+  s.mu = std::move(mu);
+  for_each_index(s.mu.size(), [&](std::size_t i) { s.weight[i] *= s.mu[i]; });
+  for_each_index(s.t.real, [&](std::size_t i) {
+    const auto& v = s.t.triangles[i].v;
+    s.facets[i].weight = static_cast<float>((s.mu[v[0]] + s.mu[v[1]] + s.mu[v[2]]) / 3);
   });
+}
+
+Array<double> steepness(const MatchSurface& s) {
+  const Array<Slope> slopes = node_slopes(s);
+  Array<double> steep(slopes.size());
+  for_each_index(slopes.size(), [&](std::size_t i) { steep[i] = std::hypot(slopes[i].x, slopes[i].y); });
+  return steep;
+}
+
+MatchSurface thinned(const MatchSurface& s, std::size_t run, bool trim, const Context& context) {
+  const std::size_t n = (s.xy.size() + run - 1) / run;
+  const bool is_weighted = !s.mu.empty();
+  struct Mean {
+    double z, mu;
+  };
   Array<Point2> places(n);
-  for_each_index(n, [&](std::size_t i) { places[i] = {means[i].x, means[i].y}; });
+  Array<Mean> means(n);
+  for_each_index(n, [&](std::size_t i) {
+    const std::size_t begin = i * run, end = std::min(s.xy.size(), begin + run);
+    Point3 sum{0, 0, 0};
+    double mu = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+      sum = {sum.x + s.xy[k].x, sum.y + s.xy[k].y, sum.z + s.z[k]};
+      if (is_weighted) mu += s.mu[k];
+    }
+    const auto count = static_cast<double>(end - begin);
+    places[i] = {sum.x / count, sum.y / count};
+    means[i] = {sum.z / count, mu / count};
+  });
   Box2 bounds;
   for (const Point2& p : places) bounds.add(p);
   const CurveBox box = curve_box(bounds);
   Array<Point2> sorted;
   const Array<Index> order = curve_order(places, box, nullptr, &sorted);
   Array<Point2> nodes;
-  Array<double> heights;
+  Array<double> heights, mu;
   for (std::size_t i = 0; i < n; ++i) {
     if (i > 0 && sorted[i] == sorted[i - 1]) continue;
     nodes.push_back(sorted[i]);
     heights.push_back(means[order[i]].z);
+    if (is_weighted) mu.push_back(means[order[i]].mu);
   }
-  return make_surface(std::move(nodes), std::move(heights), box, trim, 0, context);
+  MatchSurface thin = make_surface(std::move(nodes), std::move(heights), box, trim, 0, context);
+  if (is_weighted) weigh(thin, std::move(mu));
+  return thin;
 }
 
 }  // namespace isopach
