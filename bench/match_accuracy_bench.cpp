@@ -160,7 +160,8 @@ Found try_start(const Pair& pair, const Start& start, bool with_bound) {
   const Matching m = match(start.moving, start.fixed, options, {});
   const test::PoseError error = test::off_identity(test::chained(m.pose, start.away), start.middle);
   if (error.degrees > 0.01) {
-    fmt::print("LOST {} {} {}: {} deg, overlap {:.2f}, {} steps, share {:.2f}\n", pair.name, start.moving.points.size(), start.fixed.points.size(), error.degrees, 0.0, m.iterations, m.overlap);
+    fmt::print("LOST {} {} {}: {} deg, overlap {:.2f}, {} steps, share {:.2f}\n", pair.name, start.moving.points.size(),
+               start.fixed.points.size(), error.degrees, 0.0, m.iterations, m.overlap);
     for (auto& w : m.weak_directions) fmt::print("   {}\n", w);
   }
   Found f;

@@ -152,7 +152,9 @@ View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& conte
     field = field_of(view.points.points, project_options.duplicates, curve, context);
   }
   const std::size_t run = std::max<std::size_t>(1, field.xy.size() / thin_points);
-  const MatchSurface few = thinned(field.xy, field.z, run, false, context);
+  MatchSurface nodes;  // thinning asks for no triangles
+  nodes.xy = field.xy, nodes.z = field.z;
+  const MatchSurface few = thinned(nodes, run, false, context);
   view.thin.resize(few.xy.size());
   for (std::size_t i = 0; i < view.thin.size(); ++i) view.thin[i] = {few.xy[i].x, few.xy[i].y, few.z[i]};
   return view;
