@@ -78,7 +78,7 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
   delivery.output = default_folder;
   CLI::Option* output =
       command.option("-o,--output", "DIR", delivery.output,
-                     "Folder for result.json, report.html, difference.png, difference.ply, "
+                     "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
                      "points_a.ply, points_b.ply (LAS in: also points_a.las); made if it is not there");
   output->check(not_empty());
   if (!default_folder.empty()) output->capture_default_str();
@@ -107,9 +107,7 @@ void write_scan(const Cloud& cloud, const PointFields& fields, const std::string
                 const Context& context) {
   write_points(folder.path(name + ".ply"), cloud, fields, context);
   if (!is_las(cloud)) return;
-  std::vector<Attribute> extra{{"dz_signed", fields.dz_signed}, {"dz_abs", fields.dz_signed}};
-  for (double& d : extra[1].values) d = std::fabs(d);
-  write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), extra, context);
+  write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
 }
 
 /// difference.ply shows the cells that were measured; with --surface both the overlay's stand beside those of T.
@@ -146,9 +144,11 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
   std::string json;
   if (folder != nullptr) {
     // Both files hold the list of all files, themselves among them.
-    const std::string report = folder->path("report.html"), result = folder->path("result.json");
+    const std::string report = folder->path("report.html"), result = folder->path("result.json"),
+                      histogram = folder->path("histogram.csv");
     json = comparison_json(comparison, folder->names());
     write_text_file(result, json);
+    write_text_file(histogram, histogram_csv(comparison));
     write_html(report, comparison, map, json, truth, context, delivery.map);
     context.check();
     folder->commit();

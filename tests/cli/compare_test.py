@@ -53,7 +53,7 @@ class Laws(CliTest):
 
 
 class Output(CliTest):
-    FILES = {"result.json", "report.html", "difference.png", "difference.ply", "points_a.ply", "points_b.ply"}
+    FILES = {"result.json", "histogram.csv", "report.html", "difference.png", "difference.ply", "points_a.ply", "points_b.ply"}
 
     def test_text_only_without_output(self):
         a, b = self.scans()
@@ -71,6 +71,9 @@ class Output(CliTest):
         self.assertEqual(set(result["outputs"]), self.FILES)
         self.assertEqual(self.path("copy.json").read_text(), self.path("new/folder/result.json").read_text())
         self.assertTrue(self.path("new/folder/difference.png").read_bytes().startswith(b"\x89PNG"))
+        rows = [[float(v) for v in line.split(",")] for line in self.path("new/folder/histogram.csv").read_text().split()[1:]]
+        self.assertEqual([row[2] for row in rows], result["difference"]["histogram"]["areas"])
+        self.assertEqual([row[0] for row in rows] + [rows[-1][1]], result["difference"]["histogram"]["edges"])
         self.assertTrue(self.path("new/folder/difference.ply").read_bytes().startswith(b"ply\n"))
         self.run_cli("compare", a, b, "-o", "new/folder")  # again, over the old files
 

@@ -144,6 +144,42 @@ class Models(UncertaintyTest):
                 self.fails(code, "compare", a, b, *words, says=[says])
 
 
+class Files(UncertaintyTest):
+    def test_fields_of_points_and_cells(self):
+        self.noisy()
+        self.run_cli("convert", "a.csv", "a.las")
+        for words, name in [(self.SIGMAS, "lod95"), ((*self.SIGMAS, "--confidence", "0.999"), "lod99_9"),
+                            (("--lod", "0.1"), "lod")]:
+            self.run_cli("compare", "a.las", "b.csv", "-o", "out", *words)
+            for file in ["points_a.las", "points_a.ply", "points_b.ply", "difference.ply"]:
+                info = json.loads(self.run_cli("info", "out/" + file, "--json", "-").stdout)["files"][0]
+                self.assertLessEqual({name, "significant"}, set(info["attributes"]), file)
+        self.run_cli("convert", "out/points_a.ply", "points.csv")
+        header, *rows = self.path("points.csv").read_text().splitlines()
+        names = header.replace(",", " ").split()
+        judged = 0
+        for row in rows:
+            values = dict(zip(names, map(float, row.replace(",", " ").split())))
+            if values["dz_abs"] == values["dz_abs"]:
+                judged += 1
+                self.assertEqual(values["lod"], 0.1)
+                self.assertEqual(values["significant"], values["dz_abs"] > 0.1)
+            else:
+                self.assertNotEqual(values["significant"], values["significant"])
+        self.assertGreater(judged, 300)
+
+    def test_report_and_map(self):
+        self.noisy()
+        self.run_cli("compare", "a.csv", "b.csv", "-o", "plain")
+        self.run_cli("compare", "a.csv", "b.csv", "-o", "told", *self.SIGMAS, "--uncertainty-model", "independent")
+        plain, told = (self.path(folder + "/report.html").read_text() for folder in ["plain", "told"])
+        self.assertIn("none is claimed here", plain)
+        self.assertNotIn("none is claimed here", told)
+        self.assertIn("The net change is not distinguishable from zero at 95 %", told)
+        self.assertIn("uncertainty.interval_net.0", told)
+        self.assertNotEqual(*(self.path(folder + "/difference.png").read_bytes() for folder in ["plain", "told"]))
+
+
 class FailAbove(UncertaintyTest):
     def test_each_statistic_acts(self):
         """Just under its value each ends the run with 6, just over it the run passes."""

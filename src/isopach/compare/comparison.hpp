@@ -42,6 +42,7 @@ struct Cells {
 struct PointFields {
   Array<double> dz_signed;  ///< B: own height − other surface; A: other surface − own height (so both mean B − A)
   Array<double> lod;        ///< level of detection at every input point, NaN as above; empty if there is none
+  std::string lod_name;     ///< name of that field in files: "lod95" at a confidence of 0.95, "lod" where it was given
 };
 
 struct Timing {

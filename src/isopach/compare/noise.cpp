@@ -21,6 +21,13 @@ bool Noise::asked() const {
   return o.lod > 0 || o.model != UncertaintyModel::none || o.sigma1.kind != SigmaSource::Kind::none;
 }
 
+std::string lod_field_name(const UncertaintyOptions& options) {
+  if (options.lod > 0) return "lod";
+  std::string name = fmt::format("lod{:.6g}", 100 * options.confidence);
+  std::replace(name.begin(), name.end(), '.', '_');
+  return name;
+}
+
 void check_uncertainty(const UncertaintyOptions& o) {
   using Kind = SigmaSource::Kind;
   using Model = UncertaintyModel;
@@ -96,6 +103,7 @@ void Noise::level_points(const HeightField& a, const HeightField& b, PointFields
   if (!(o.lod > 0) && !has_sigmas()) return;
   const double k = deviations();
   const auto fill = [&](std::size_t scan, const HeightField& field, PointFields& fields) {
+    fields.lod_name = lod_field_name(o);
     fields.lod.resize(fields.dz_signed.size());
     for_each_index(fields.lod.size(), [&](std::size_t i) {
       const Index node = field.node_of_point[i];

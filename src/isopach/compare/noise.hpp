@@ -15,6 +15,9 @@ namespace isopach::stages {
                                            const SigmaSource& source, DuplicatePolicy policy, const std::string& option,
                                            const Context& context);
 
+/// "lod95" at a confidence of 0.95, "lod99_9" at 0.999, "lod" where the level was given.
+[[nodiscard]] std::string lod_field_name(const UncertaintyOptions& options);
+
 /// Refuses options that contradict one another or mean nothing, naming them.
 void check_uncertainty(const UncertaintyOptions& options);
 

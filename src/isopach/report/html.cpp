@@ -1,6 +1,7 @@
 // report.html: one page that opens from disk, without a network and without a script. Every number is taken from the
 // text of result.json, shown rounded, with the exact value as its title and its key as data-key.
 #include <algorithm>
+#include <cctype>
 #include <cmath>
 
 #include <fmt/format.h>
@@ -32,6 +33,7 @@ class Page : public HtmlPage {
     map(map_png);
     if (truth) truth_table(*truth);
     numbers();
+    uncertainty();
     histogram();
     inputs();
     parameters();
@@ -144,15 +146,6 @@ class Page : public HtmlPage {
     row("coverage", percent("domain.coverage"), "%", "area compared ÷ area of both");
     row("error of the integral", plain("measure.error_estimate"), unit(1),
         "of ρ, by the integration alone; 0 where it is in closed form. Noise of the scans is not in it");
-    if (c_.noise_floor) {
-      row("noise floor, gained", plain("uncertainty.noise_floor.above"), unit(3),
-          "what two scans of an unchanged surface would show, by the roughness and noise of these");
-      row("noise floor, lost", plain("uncertainty.noise_floor.below"), unit(3), "likewise");
-      row("noise floor, ρ", plain("uncertainty.noise_floor.rho"), unit(1), "likewise");
-      row("gross, debiased", plain("uncertainty.debiased.absolute"), unit(3),
-          "the gross volume without what roughness and noise add to it");
-      row("ρ, debiased", plain("uncertainty.debiased.rho"), unit(1), "that ÷ area");
-    }
     if (at("surfaces").is_object()) {
       row("gained, exact overlay", plain("surfaces.overlay.above"), unit(3),
           "the same between the two triangulations themselves, not over the common one");
@@ -162,16 +155,46 @@ class Page : public HtmlPage {
           "how much the choice of triangles alone matters");
     }
     close_table();
-    if (c_.noise_floor)
-      out_ +=
-          "<p>By the noise floor, " +
-          noise_floor_sentence(c_, [&](const std::string& key, double v,
-                                       int power) { return datum(key, number(v, fine)) + "\u00a0" + unit(power); }) +
-          ".</p>\n";
-    out_ += "<p class=\"soft\">Uncertainty of the scans: model “" +
-            escaped(at("uncertainty.model").get<std::string>()) + "”" +
-            (at("uncertainty.model") == "none" ? "; no error of the scanners was given, so none is claimed here.</p>\n"
-                                               : ".</p>\n");
+  }
+
+  void uncertainty() {
+    const auto sentences = uncertainty_sentences(c_, [&](const std::string& key, double magnitude, int power) {
+      return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
+    });
+    if (!c_.uncertainty.sigma && !c_.uncertainty.detected)
+      out_ += "<p class=\"soft\">No error of the scanners was given, so none is claimed here.</p>\n";
+    if (sentences.empty()) return;
+    open_table("How sure the volumes are", "<th>name</th><th></th><th>unit</th><th>what it says</th>",
+               " class=\"told\"");
+    if (c_.uncertainty.sigma) {
+      row("net, from", with_sign("uncertainty.interval_net.0"), unit(3), "lower end of its interval");
+      row("net, to", with_sign("uncertainty.interval_net.1"), unit(3), "upper end");
+      row("σ of net", plain("uncertainty.sigma_net"), unit(3),
+          "standard deviation under the model “" + escaped(at("uncertainty.model").get<std::string>()) + "”");
+      row("σ of gained", plain("uncertainty.sigma_above"), unit(3), "to first order");
+      row("σ of lost", plain("uncertainty.sigma_below"), unit(3), "to first order");
+    }
+    if (c_.uncertainty.detected) {
+      row("level of detection", plain("uncertainty.lod"), unit(1),
+          "differences up to it may be noise (grey on the map)");
+      row("significant area", percent("uncertainty.significant_area"), "%", "of the area differs by more");
+      row("gained there", plain("uncertainty.thresholded.above"), unit(3), "of the gain, the part that is significant");
+      row("lost there", plain("uncertainty.thresholded.below"), unit(3), "of the loss, likewise");
+    }
+    if (c_.noise_floor) {
+      row("noise floor, gained", plain("uncertainty.noise_floor.above"), unit(3),
+          "what two scans of an unchanged surface would show, by the roughness and noise of these");
+      row("noise floor, lost", plain("uncertainty.noise_floor.below"), unit(3), "likewise");
+      row("noise floor, ρ", plain("uncertainty.noise_floor.rho"), unit(1), "likewise");
+      row("gross, debiased", plain("uncertainty.debiased.absolute"), unit(3),
+          "the gross volume without what roughness and noise add to it");
+      row("ρ, debiased", plain("uncertainty.debiased.rho"), unit(1), "that ÷ area");
+    }
+    close_table();
+    for (std::string sentence : sentences) {
+      sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
+      out_ += "<p>" + sentence + ".</p>\n";
+    }
   }
 
   void histogram() {

@@ -213,6 +213,14 @@ Json timing_json(const Timing& timing) {
 
 }  // namespace
 
+std::string histogram_csv(const Comparison& c) {
+  const Histogram& h = c.measures.difference.histogram;
+  std::string out = "d_from,d_to,area\n";
+  for (std::size_t i = 0; i < h.areas.size(); ++i)
+    out += real(h.edges[i]).dump() + "," + real(h.edges[i + 1]).dump() + "," + real(h.areas[i]).dump() + "\n";
+  return out;
+}
+
 std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs) {
   const Measures& m = c.measures;
   const Json none = nullptr;

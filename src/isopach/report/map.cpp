@@ -18,10 +18,11 @@ namespace {
 constexpr Rgb paper{1, 1, 1}, ink{0.13, 0.14, 0.16}, faint{0.42, 0.44, 0.47}, rule{0.55, 0.57, 0.60};
 constexpr Rgb outside{0.965, 0.965, 0.96}, footprint{0.925, 0.925, 0.92}, hatch{0.80, 0.80, 0.795},
     bars{0.66, 0.68, 0.71};
-constexpr int samples = 2;             // each way in a pixel: smooth rims
-constexpr double longest_aspect = 25;  // longer scenes get empty margins
-constexpr double margin_share = 0.15;  // how much of what lies outside the domain is shown
-constexpr double own_colours = 1.6;    // times the 99th percentile: a largest |d| up to this is not cut off
+constexpr Rgb noise{0.77, 0.77, 0.77};  // |d| up to the level of detection
+constexpr int samples = 2;              // each way in a pixel: smooth rims
+constexpr double longest_aspect = 25;   // longer scenes get empty margins
+constexpr double margin_share = 0.15;   // how much of what lies outside the domain is shown
+constexpr double own_colours = 1.6;     // times the 99th percentile: a largest |d| up to this is not cut off
 constexpr Typography fine = Typography::fine;
 
 double round_up_2_digits(double v) {
@@ -126,7 +127,8 @@ Image shade_and_colour(const CellRaster& raster, const Hillshade& shade, const P
       const std::size_t columns = static_cast<std::size_t>(raster.view.columns);
       return (i / columns + i % columns) / stripe % 9 == 0 ? hatch : footprint;
     }
-    const Rgb& c = palette(raster.d[i] / limit);
+    const bool is_noise = !raster.lod.empty() && std::fabs(raster.d[i]) <= raster.lod[i];
+    const Rgb& c = is_noise ? noise : palette(raster.d[i] / limit);
     const double g = shade.grey[i];
     return {c.r * g, c.g * g, c.b * g};
   };
@@ -325,7 +327,9 @@ class Map {
       const double over = i + 1 < steps ? 0.6 : 0;
       canvas.box(std::min(p.x, q.x), std::min(p.y, q.y) - (bar_.upright ? over : 0),
                  std::fabs(q.x - p.x) + (bar_.upright ? 0 : over), std::fabs(q.y - p.y) + (bar_.upright ? over : 0),
-                 palette_((2.0 * i + 1) / steps - 1));
+                 std::fabs((2.0 * i + 1) / steps - 1) * limit_ <= c_.uncertainty.lod.value_or(-1)
+                     ? noise
+                     : palette_((2.0 * i + 1) / steps - 1));
     }
     const auto a = bar_.at(0, 0), b = bar_.at(bar_.length, bar_.thickness);
     canvas.frame(std::min(a.x, b.x), std::min(a.y, b.y), std::fabs(b.x - a.x), std::fabs(b.y - a.y), s_, rule);
@@ -396,7 +400,10 @@ class Map {
       next += 36 * s_ + canvas.text_width(words, soft) + 40 * s_;
     };
     const MapWords& words = options_.words;
-    key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
+    if (c_.uncertainty.lod)
+      key(noise, false, "within the level of detection, ±" + with_unit(number(*c_.uncertainty.lod, fine), 1));
+    else
+      key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
     if (has_footprint_)
       key(footprint, true,
           words.left_out.empty() ? "scanned, but not compared (one scan has no points here)" : words.left_out);

@@ -7,6 +7,25 @@
 #include "isopach/report/words.hpp"
 
 namespace isopach {
+namespace {
+
+/// 1 where |d| exceeds the level, 0 where not, NaN where either is.
+double significant(double d, double lod) {
+  return std::isnan(d) || std::isnan(lod) ? std::nan("") : std::fabs(d) > lod;
+}
+
+}  // namespace
+
+std::vector<Attribute> attributes_of(const PointFields& fields) {
+  const std::size_t n = fields.dz_signed.size();
+  std::vector<Attribute> all{{"dz_signed", fields.dz_signed}, {"dz_abs", Array<double>(n)}};
+  for_each_index(n, [&](std::size_t i) { all[1].values[i] = std::fabs(fields.dz_signed[i]); });
+  if (fields.lod.empty()) return all;
+  all.push_back({fields.lod_name, fields.lod});
+  all.push_back({"significant", Array<double>(n)});
+  for_each_index(n, [&](std::size_t i) { all[3].values[i] = significant(fields.dz_signed[i], fields.lod[i]); });
+  return all;
+}
 
 namespace {
 
@@ -57,8 +76,16 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
   }
   out.points.resize(node.size());
   out.attributes.push_back({"dz", Array<double>(node.size())});
+  if (!cells.lod.empty()) {
+    out.attributes.push_back({c.fields_a.lod_name, Array<double>(node.size())});
+    out.attributes.push_back({"significant", Array<double>(node.size())});
+  }
   for_each_index(node.size(), [&](std::size_t i) {
     const Index n = node[i];
+    if (!cells.lod.empty()) {
+      out.attributes[1].values[i] = cells.lod[n];
+      out.attributes[2].values[i] = significant(cells.d(n), cells.lod[n]);
+    }
     out.points[i] = c.frame.to_input({cells.xy[n].x, cells.xy[n].y, cells.z2[n]});
     out.attributes[0].values[i] = cells.d(n);
   });
@@ -75,10 +102,7 @@ void write_points(const std::string& path, const Cloud& cloud, const PointFields
   out.unit = cloud.unit;
   out.vertical_unit = cloud.vertical_unit;
   out.crs = cloud.crs;
-  out.attributes.push_back({"dz_signed", fields.dz_signed});
-  out.attributes.push_back({"dz_abs", Array<double>(fields.dz_signed.size())});
-  for_each_index(fields.dz_signed.size(),
-                 [&](std::size_t i) { out.attributes[1].values[i] = std::fabs(fields.dz_signed[i]); });
+  out.attributes = attributes_of(fields);
   write_cloud(path, out, context);
 }
 

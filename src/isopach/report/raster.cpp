@@ -13,7 +13,7 @@ constexpr int band_rows = 32;
 constexpr std::size_t triangles_per_block = 1 << 16;
 
 struct Corner {
-  double x, y, d, z;  // x, y in pixels
+  double x, y, d, z, lod;  // x, y in pixels
 };
 using Corners = std::array<Corner, 3>;
 
@@ -75,7 +75,7 @@ class Painter {
     const Corners c = corners(t);
     const std::array<Side, 3> sides{Side(c[0], c[1]), Side(c[1], c[2]), Side(c[2], c[0])};
     const double determinant = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
-    const Plane d(c, determinant, &Corner::d), z(c, determinant, &Corner::z);
+    const Plane d(c, determinant, &Corner::d), z(c, determinant, &Corner::z), lod(c, determinant, &Corner::lod);
     const bool in_domain = cells_.in_domain[t] != 0;
     for (std::int32_t row = rows.begin; row < rows.end; ++row) {
       const double y = row + 0.5;
@@ -90,6 +90,7 @@ class Painter {
         if (!in_domain) continue;
         raster_.d[pixel] = d.at(column + 0.5 - c[0].x, y - c[0].y);
         raster_.z[pixel] = z.at(column + 0.5 - c[0].x, y - c[0].y);
+        if (!raster_.lod.empty()) raster_.lod[pixel] = lod.at(column + 0.5 - c[0].x, y - c[0].y);
       }
     }
   }
@@ -101,7 +102,7 @@ class Painter {
     for (std::size_t k = 0; k < 3; ++k) {
       const Index n = cells_.triangulation.triangles[t].v[k];
       out[k] = {(cells_.xy[n].x - v.left) * v.scale, (v.top - cells_.xy[n].y) * v.scale, cells_.d(n),
-                cells_.z1[n] - raster_.z_origin};
+                cells_.z1[n] - raster_.z_origin, cells_.lod.empty() ? 0 : cells_.lod[n]};
     }
     return out;
   }
@@ -160,6 +161,7 @@ CellRaster rasterise(const Cells& cells, const MapView& view) {
   std::fill(raster.cover.begin(), raster.cover.end(), CellRaster::Cover::none);
   raster.d.resize(pixels);
   raster.z.resize(pixels);
+  if (!cells.lod.empty()) raster.lod.resize(pixels);
   const Index real = cells.triangulation.real;
   if (real == 0 || pixels == 0) return raster;
   raster.z_origin = cells.z1[cells.triangulation.triangles[0].v[0]];

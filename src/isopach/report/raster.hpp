@@ -19,6 +19,7 @@ struct CellRaster {
   Array<Cover> cover;  ///< rows × columns, row by row from the top
   Array<float> d;      ///< difference; set where cover is domain
   Array<float> z;      ///< height of surface A above z_origin; set where cover is domain
+  Array<float> lod;    ///< level of detection, likewise; empty if the cells have none
   double z_origin = 0;
 };
 

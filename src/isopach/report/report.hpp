@@ -14,6 +14,10 @@ namespace isopach {
 /// two-space indent. `outputs` are the files written beside it.
 [[nodiscard]] std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs);
 
+/// histogram.csv: a line "d_from,d_to,area" a bin, numbers in shortest round-trip form. The outermost bins also hold
+/// what lies beyond them.
+[[nodiscard]] std::string histogram_csv(const Comparison& c);
+
 /// Words on a map that shows another field than B − A. Empty: those of a comparison.
 struct MapWords {
   std::string headline;      ///< the line of numbers under the title
@@ -46,13 +50,18 @@ struct MapOptions {
 /// along it, units, title. No display needed.
 void write_map(const std::string& path, const Comparison& c, const MapOptions& options, const Context& context);
 
-/// difference.ply: the cells in the domain, input coordinates, z of surface B, `dz` per vertex (binary, doubles).
+/// difference.ply: the cells in the domain, input coordinates, z of surface B, `dz` per vertex (binary, doubles), and
+/// where there is a level of detection, this (`lod95`, `lod`) and `significant`: 1 where |dz| exceeds it, else 0.
 void write_cells(const std::string& path, const Comparison& c, const Context& context);
 
 /// The same of the exact overlay, which the comparison must have kept (CompareOptions::keep_overlay).
 void write_overlay_cells(const std::string& path, const Comparison& c, const Context& context);
 
-/// points_a.ply / points_b.ply: the input points with dz_signed and dz_abs (NaN where undefined).
+/// The fields of points_a and points_b: dz_signed, dz_abs, and with a level of detection this and `significant` (1 or
+/// 0); NaN where undefined. Names fit LAS extra bytes.
+[[nodiscard]] std::vector<Attribute> attributes_of(const PointFields& fields);
+
+/// points_a.ply / points_b.ply: the input points with attributes_of(fields).
 void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context);
 
 /// report.html: one file that opens from disk without a network: map, numbers with units and one-line explanations,

@@ -2,7 +2,6 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 
 namespace isopach {
@@ -78,13 +77,6 @@ std::string noise_floor_sentence(const Comparison& c, const Quantity& quantity) 
          quantity("uncertainty.debiased.absolute", f.debiased.absolute, 3) + ": " +
          quantity("uncertainty.debiased.above", f.debiased.above, 3) + " gained and " +
          quantity("uncertainty.debiased.below", f.debiased.below, 3) + " lost; the net stays as it is";
-}
-
-std::string lod_field_name(const Comparison& c) {
-  if (c.uncertainty.lod_is_given) return "lod";
-  std::string name = fmt::format("lod{:.6g}", 100 * c.options.uncertainty.confidence);
-  std::replace(name.begin(), name.end(), '.', '_');
-  return name;
 }
 
 const char* to_text(UncertaintyModel model) {

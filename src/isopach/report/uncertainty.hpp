@@ -21,10 +21,6 @@ namespace isopach {
 /// What of the gross an unchanged surface would show, too. Only where c.noise_floor is there.
 [[nodiscard]] std::string noise_floor_sentence(const Comparison& c, const Quantity& quantity);
 
-/// Name of the field that holds the level of detection at a point: "lod95" at a confidence of 0.95, "lod99_9" at
-/// 0.999, "lod" where the user gave the level.
-[[nodiscard]] std::string lod_field_name(const Comparison& c);
-
 [[nodiscard]] const char* to_text(UncertaintyModel model);
 [[nodiscard]] const char* to_text(CorrelationShape shape);
 
