@@ -46,8 +46,8 @@ class Command {
   }
   /// An option with a few named values; shows them all and the one in `target` as the default.
   template <class E>
-  void choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
-              const std::string& description);
+  CLI::Option* choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
+                      const std::string& description);
   /// An option whose text `read` turns into a value; what it throws (UsageError, InputError) ends the run.
   template <class T>
   CLI::Option* parsed(const std::string& names, const std::string& type, T& target, T (*read)(const std::string& text),
@@ -77,14 +77,15 @@ class Command {
 };
 
 template <class E>
-void Command::choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
-                     const std::string& description) {
+CLI::Option* Command::choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
+                             const std::string& description) {
   std::string type, chosen;
   for (const auto& [name, value] : values) {
     type += (type.empty() ? "" : "|") + name;
     if (value == target) chosen = name;
   }
-  app_.add_option_function<std::string>(
+  return app_
+      .add_option_function<std::string>(
           names,
           [&target, values, type, names](const std::string& text) {
             for (const auto& [name, value] : values)

@@ -6,6 +6,7 @@
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
+#include "cli/registration.hpp"
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/compare/compare.hpp"
@@ -34,6 +35,8 @@ struct Request {
   std::string path_a, path_b, pose_path;
   CompareOptions options;
   std::vector<std::string> fail_above;
+  RegistrationError registration;
+  CLI::Option* model = nullptr;  // --uncertainty-model
   bool no_layer_check = false, match = false;
   Delivery delivery;
   RunOptions run;
@@ -44,15 +47,18 @@ void add_projection_options(Command& command, Request& request) {
       command, request.options.project, request.pose_path, request.options.unit,
       "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)",
       "Height of points of one scan with the same place; error: refuse such a scan");
-  command.flag("--match", request.match,
-               "Move B on A first, as isopach match does, from --pose; the pose is in the result");
+  command.flag(
+      "--match", request.match,
+      "Move B on A first, as isopach match does, from --pose; the pose is in the result, its covariance in the "
+      "uncertainty (--uncertainty-model registration, the default with --match and sigmas)");
   command.flag("--allow-crs", request.options.allow_crs,
                "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
   command.flag("--no-layer-check", request.no_layer_check,
                "Do not look for several layers above one another (saves time)");
 }
 
-void add_uncertainty_options(Command& command, UncertaintyOptions& options) {
+void add_uncertainty_options(Command& command, Request& request) {
+  UncertaintyOptions& options = request.options.uncertainty;
   command.heading("Uncertainty");
   command.parsed(
       "--sigma1", "S|@ATTRIBUTE|FILE", options.sigma1,
@@ -72,13 +78,14 @@ void add_uncertainty_options(Command& command, UncertaintyOptions& options) {
       ->check(share())
       ->capture_default_str();
   using Model = UncertaintyModel;
-  command.choice<Model>("--uncertainty-model", options.model,
-                        {{"none", Model::none},
-                         {"independent", Model::independent},
-                         {"correlated", Model::correlated},
-                         {"registration", Model::registration}},
-                        "How errors add up to those of the volumes; independent: point by point; correlated: alike "
-                        "within --correlation-range; registration: one vertical shift of B beside the noise");
+  request.model = command.choice<Model>(
+      "--uncertainty-model", options.model,
+      {{"none", Model::none},
+       {"independent", Model::independent},
+       {"correlated", Model::correlated},
+       {"registration", Model::registration}},
+      "How errors add up to those of the volumes; independent: point by point; correlated: alike "
+      "within --correlation-range; registration: the pose of B is uncertain, too, beside the noise");
   command
       .option("--correlation-range", "L", options.correlation_range,
               "Distance from which on the errors of two points of a scan are no longer alike, in the unit of x and y")
@@ -88,10 +95,9 @@ void add_uncertainty_options(Command& command, UncertaintyOptions& options) {
       "--correlation", options.correlation,
       {{"spherical", Shape::spherical}, {"exponential", Shape::exponential}, {"gaussian", Shape::gaussian}},
       "How the correlation falls with the distance; 0 (spherical) or 5 % are left at the range");
-  command
-      .option("--registration-error", "REG", options.registration_error,
-              "Standard deviation of the vertical shift, in the unit of heights")
-      ->check(positive());
+  command.parsed("--registration-error", "REG|FILE", request.registration, parse_registration,
+                 "For registration: standard deviation of a shift of B along the direction, in the unit of heights; or "
+                 "result.json of isopach match, for the covariance of its pose (default with --match: that found)");
 }
 
 void add_measure_options(Command& command, Request& request) {
@@ -129,7 +135,7 @@ void add_measure_options(Command& command, Request& request) {
               "Exit 4 if the scans share less than this part of their area, 0 to 1")
       ->check(share())
       ->capture_default_str();
-  add_uncertainty_options(command, options.uncertainty);
+  add_uncertainty_options(command, request);
   command.flag("--noise-floor", options.noise_floor,
                "Estimate from the scans themselves what two scans of an unchanged surface would show, and the gross "
                "volume without it");
@@ -140,19 +146,28 @@ void add_measure_options(Command& command, Request& request) {
                              statistic_names()));
 }
 
-/// The pose of b on a; what the matching has to say goes into `remarks`.
-Pose matched(const Cloud& a, const Cloud& b, const CompareOptions& options, std::vector<std::string>& remarks,
-             const Run& run) {
+/// Puts the pose of b on a into the options, and how well it is known where the uncertainty wants that; what the
+/// matching has to say goes into `remarks`.
+void match_first(const Cloud& a, const Cloud& b, const Request& request, CompareOptions& options,
+                 std::vector<std::string>& remarks, const Run& run) {
   MatchOptions wanted;
   wanted.compare = options;
   wanted.compare.pose = {};
   wanted.compare.check_layers = false;
+  wanted.compare.uncertainty = {};
+  wanted.compare.weight = {};
+  wanted.compare.noise_floor = false;
   wanted.start = options.pose;
   const Matching m = match(b, a, wanted, run.context());
   if (!m.converged)
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
   remarks = m.weak_directions;
-  return m.pose;
+  options.pose = m.pose;
+  UncertaintyOptions& u = options.uncertainty;
+  if (request.model->count() == 0 && u.sigma1.kind != SigmaSource::Kind::none) u.model = UncertaintyModel::registration;
+  if (u.model != UncertaintyModel::registration || u.registration_error > 0 || u.registration_covariance) return;
+  u.registration_covariance = PoseCovariance{m.covariance, m.centre};
+  u.registration_source = "match";
 }
 
 }  // namespace
@@ -173,7 +188,11 @@ int run_compare(const Arguments& arguments) {
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
   check_tolerances(tolerances, request.options.uncertainty);
+  request.options.percentiles = percentiles_of(tolerances);
   request.options.check_layers = !request.no_layer_check;
+  request.options.uncertainty.registration_error = request.registration.shift;
+  request.options.uncertainty.registration_covariance = request.registration.covariance;
+  request.options.uncertainty.registration_source = request.registration.source;
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 
   Run run(request.run);
@@ -193,7 +212,7 @@ int run_compare(const Arguments& arguments) {
   const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();
   std::vector<std::string> remarks;
-  if (request.match) request.options.pose = matched(a, b, request.options, remarks, run);
+  if (request.match) match_first(a, b, request, request.options, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
   deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);

@@ -2,6 +2,7 @@
 
 #include <fmt/core.h>
 
+#include <algorithm>
 #include <charconv>
 #include <cmath>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include "cli/command.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/measure/expression.hpp"
+#include "isopach/report/words.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -58,10 +60,6 @@ constexpr Statistic statistics[] = {
     {"above", [](const Comparison& c) { return c.measures.volume.above; }},
     {"below", [](const Comparison& c) { return c.measures.volume.below; }},
     {"absolute", [](const Comparison& c) { return c.measures.volume.absolute; }},
-    {"p50", [](const Comparison& c) { return c.measures.difference.abs_percentiles[0]; }},
-    {"p90", [](const Comparison& c) { return c.measures.difference.abs_percentiles[1]; }},
-    {"p95", [](const Comparison& c) { return c.measures.difference.abs_percentiles[2]; }},
-    {"p99", [](const Comparison& c) { return c.measures.difference.abs_percentiles[3]; }},
     {"max",
      [](const Comparison& c) { return std::max(c.measures.difference.max_above, c.measures.difference.max_below); }},
     {"significant_area",  // a share of the area
@@ -69,7 +67,6 @@ constexpr Statistic statistics[] = {
        return c.uncertainty.detected ? c.uncertainty.detected->area / c.domain_area : std::nan("");
      }},
 };
-static_assert(percentile_levels == std::array<int, 4>{50, 90, 95, 99});
 
 const Statistic* find_statistic(const std::string& name) {
   for (const Statistic& statistic : statistics)
@@ -77,7 +74,23 @@ const Statistic* find_statistic(const std::string& name) {
   return nullptr;
 }
 
+// 97.5 for p97.5; nothing for other names.
+std::optional<double> percentile_level(const std::string& name) {
+  if (name.size() < 2 || name[0] != 'p') return std::nullopt;
+  return number(std::string_view(name).substr(1));
+}
+
+double value_of(const Tolerance& tolerance, const Comparison& c) {
+  if (const Statistic* statistic = find_statistic(tolerance.statistic)) return statistic->of(c);
+  const double level = percentile_level(tolerance.statistic).value();
+  for (const Percentile& p : all_percentiles(c.measures.difference))
+    if (p.level == level) return p.value;
+  throw Error(ExitCode::internal, "--fail-above: " + tolerance.statistic + " was not computed");
+}
+
 }  // namespace
+
+std::optional<double> as_number(const std::string& text) { return number(text); }
 
 double parse_number(const std::string& text, const std::string& what) {
   const std::optional<double> value = number(text);
@@ -191,7 +204,11 @@ std::vector<Tolerance> parse_tolerances(const std::string& text) {
     if (equals == std::string::npos)
       throw UsageError(fmt::format("--fail-above: '{}' is not STATISTIC=LIMIT, e.g. p95=0.05", part));
     Tolerance tolerance{part.substr(0, equals), parse_number(part.substr(equals + 1), "--fail-above " + part)};
-    if (find_statistic(tolerance.statistic) == nullptr) {
+    const std::optional<double> level = percentile_level(tolerance.statistic);
+    if (level && !(*level > 0 && *level < 100))
+      throw UsageError(
+          fmt::format("--fail-above: {}: a percentile lies between 0 and 100, e.g. p95 or p99.5", tolerance.statistic));
+    if (!level && find_statistic(tolerance.statistic) == nullptr) {
       std::vector<std::string> names;
       for (const Statistic& statistic : statistics) names.emplace_back(statistic.name);
       throw UsageError(fmt::format("--fail-above: unknown statistic '{}'{}; known: {}", tolerance.statistic,
@@ -213,13 +230,26 @@ void check_tolerances(const std::vector<Tolerance>& tolerances, const Uncertaint
 std::string statistic_names() {
   std::string all;
   for (const Statistic& statistic : statistics) all += (all.empty() ? "" : ", ") + std::string(statistic.name);
-  return all;
+  return all + ", pNN (|d| that NN % of the area stays below, e.g. p95 or p99.5)";
+}
+
+std::vector<double> percentiles_of(const std::vector<Tolerance>& tolerances) {
+  std::vector<double> levels;
+  for (const Tolerance& tolerance : tolerances) {
+    const std::optional<double> level = percentile_level(tolerance.statistic);
+    if (!level) continue;
+    const auto is_it = [&](double known) { return known == *level; };
+    if (std::none_of(percentile_levels.begin(), percentile_levels.end(), is_it) &&
+        std::none_of(levels.begin(), levels.end(), is_it))
+      levels.push_back(*level);
+  }
+  return levels;
 }
 
 std::string exceeded(const Comparison& comparison, const std::vector<Tolerance>& tolerances) {
   std::string line;
   for (const Tolerance& tolerance : tolerances) {
-    const double value = find_statistic(tolerance.statistic)->of(comparison);
+    const double value = value_of(tolerance, comparison);
     if (!(value <= tolerance.limit))
       line += fmt::format("{}{} is {:.6g}, above {:.6g}", line.empty() ? "" : "; ", tolerance.statistic, value,
                           tolerance.limit);

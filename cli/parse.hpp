@@ -1,5 +1,6 @@
 // Values of options as text: directions, boxes, classes, poses, tolerances. Each error is one line naming the option.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -7,6 +8,8 @@
 
 namespace isopach::cli {
 
+/// One finite number, or nothing where the text is none.
+[[nodiscard]] std::optional<double> as_number(const std::string& text);
 /// One finite number; `what` names it in the error.
 [[nodiscard]] double parse_number(const std::string& text, const std::string& what);
 /// x | y | z | fit | X,Y,Z
@@ -32,6 +35,8 @@ struct Tolerance {
 };
 /// p95=0.05[,max=0.2]
 [[nodiscard]] std::vector<Tolerance> parse_tolerances(const std::string& text);
+/// Levels of percentiles among them that a comparison computes on demand alone.
+[[nodiscard]] std::vector<double> percentiles_of(const std::vector<Tolerance>& tolerances);
 /// Names that --fail-above knows, "a, b, c".
 [[nodiscard]] std::string statistic_names();
 /// Throws UsageError for a statistic that a comparison with these options will not have.

@@ -26,7 +26,8 @@ class Usage(CliTest):
                               ("--direction", "up"), ("--direction", "0,0,0"), ("--direction", "1,2"),
                               ("--crop", "1,2,3"), ("--crop", "9,0,1,1"), ("--class", "ground"), ("--class", "1.5"),
                               ("--class", "300"), ("--unit", "furlong"), ("--min-coverage", "1.5"),
-                              ("--fail-above", "p96=1"), ("--fail-above", "p95"), ("--fail-above", "p95=x"),
+                              ("--fail-above", "p0=1"), ("--fail-above", "p100=1"), ("--fail-above", "p9x=1"),
+                              ("--fail-above", "p95"), ("--fail-above", "p95=x"),
                               ("--fail-above", "p95=-1"), ("--palette", "mud"), ("--map-width", "3"),
                               ("--progress", "loud")]:
             with self.subTest(option=option, value=value):

@@ -1,6 +1,7 @@
 """isopach compare: options of uncertainty and --fail-above; each acts, and an error names it when it is wrong."""
 
 import json
+import math
 import random
 import unittest
 
@@ -139,9 +140,90 @@ class Models(UncertaintyTest):
                 (2, "--correlation", ("--correlation", "square")),
                 (2, "--registration-error", ("--registration-error", "0.1")),
                 (2, "--registration-error", ("--registration-error", "0")),
+                (2, "--registration-error", ("--registration-error", "none.json")),
+                (3, "--registration-error", ("--registration-error", "a.csv")),
                 (2, "--registration-error", ("--uncertainty-model", "registration", *self.SIGMAS))]:
             with self.subTest(words=words):
                 self.fails(code, "compare", a, b, *words, says=[says])
+
+
+class Registration(UncertaintyTest):
+    """A whole pose that is uncertain: from a file, or from --match."""
+
+    def setUp(self):
+        super().setUp()
+        for name, seed in [("a.xyz", 1), ("b.xyz", 2)]:
+            self.write(name, [(x, y, z + 0.3 * math.sin(x) * math.cos(0.8 * y)) for x, y, z in points(seed, n=900)])
+
+    def covariance(self, name, *deviations):
+        matrix = [[d * d if i == j else 0.0 for j in range(6)] for i, d in enumerate(deviations)]
+        self.path(name).write_text(json.dumps({"covariance": matrix, "centre": [12, 9, 0]}))
+        return name
+
+    def registered(self, *words):
+        return self.result("compare", "a.xyz", "b.xyz", *words)
+
+    def test_covariance_of_a_file(self):
+        model = ("--uncertainty-model", "registration", "--registration-error")
+        up = self.registered(*model, self.covariance("up.json", 0, 0, 0, 0, 0, 0.2))
+        plain = self.registered(*model, "0.2")
+        self.assertAlmostEqual(up["uncertainty"]["sigma_net"], plain["uncertainty"]["sigma_net"])
+        self.assertAlmostEqual(plain["uncertainty"]["sigma_net"], 0.2 * plain["domain"]["area"])
+        self.assertEqual(up["parameters"]["registration_error"], "up.json")
+        self.assertEqual(plain["parameters"]["registration_error"], 0.2)
+        # A turn about the centre moves what lies east of it up and what lies west of it down.
+        turn = self.registered(*model, self.covariance("turn.json", 0, 0.02, 0, 0, 0, 0))
+        self.assertLess(turn["uncertainty"]["sigma_net"], 0.1 * 0.02 * 12 * turn["domain"]["area"])
+        self.assertGreater(turn["uncertainty"]["sigma_net"], 0)
+
+    def test_covariance_of_a_match(self):
+        sigmas = ("--sigma1", "0.01", "--sigma2", "0.01")
+        self.run_cli("match", "b.xyz", "a.xyz", "-o", "m")
+        model = ("--uncertainty-model", "registration")
+        by_file = self.registered("--pose", "m/pose.txt", *sigmas, *model, "--registration-error", "m/result.json")
+        by_match = self.registered("--match", *sigmas, *model)
+        self.assertEqual(by_match["parameters"]["registration_error"], "match")
+        self.assertGreater(by_match["uncertainty"]["sigma_net_registration"], 0)
+        for key in ["sigma_net", "sigma_net_registration", "sigma_above", "lod"]:
+            self.assertEqual(by_file["uncertainty"][key], by_match["uncertainty"][key], key)
+        self.assertEqual(self.registered("--match", *sigmas)["uncertainty"], by_match["uncertainty"])
+        told = self.registered("--match", *sigmas, "--uncertainty-model", "independent")
+        self.assertIsNone(told["uncertainty"]["sigma_net_registration"])
+        self.assertLess(told["uncertainty"]["lod"], by_match["uncertainty"]["lod"])
+        self.assertIsNone(self.registered("--match")["uncertainty"]["sigma_net"])
+        shift = self.registered("--match", *sigmas, *model, "--registration-error", "0.5")
+        self.assertEqual(shift["parameters"]["registration_error"], 0.5)
+
+    def test_a_file_that_is_wrong_is_named(self):
+        for text in ["{}", "[1, 2]", '{"covariance": [[1, 2], [3, 4]], "centre": [0, 0, 0]}', "no json",
+                     '{"covariance": "none", "centre": null}']:
+            self.path("bad.json").write_text(text)
+            self.fails(3, "compare", "a.xyz", "b.xyz", "--registration-error", "bad.json", says=["bad.json", "--registration-error"])
+        bent = [[1.0 if i == j else 2.0 for j in range(6)] for i in range(6)]
+        self.path("bent.json").write_text(json.dumps({"covariance": bent, "centre": [0, 0, 0]}))
+        self.fails(3, "compare", "a.xyz", "b.xyz", "--uncertainty-model", "registration", "--registration-error",
+                   "bent.json", says=["bent.json", "--registration-error"])
+        self.covariance("up.json", 0, 0, 0, 0, 0, 0.2)
+        self.fails(2, "compare", "a.xyz", "b.xyz", "--registration-error", "up.json", says=["--registration-error"])
+
+
+class Sources(UncertaintyTest):
+    """Each sigma as a number, as an attribute and as a raster, of A and of B: the same noise, the same result."""
+
+    def test_number_attribute_and_raster_agree(self):
+        self.noisy()
+        header = ["ncols 2", "nrows 2", "xllcorner 0", "yllcorner 0", "cellsize 12", "NODATA_value -1"]
+        self.write("halves.asc", header + ["0.05 0.1"] * 2)  # what the attribute "noise" says
+        self.write("even.asc", header + ["0.05 0.05"] * 2)
+        model = ("--uncertainty-model", "independent")
+        for this, other in [("--sigma1", "--sigma2"), ("--sigma2", "--sigma1")]:
+            of = lambda source: self.uncertainty(this, source, other, "0.02", *model)
+            number, even, attribute, raster = of("0.05"), of("even.asc"), of("@noise"), of("halves.asc")
+            self.assertEqual(number, even)
+            self.assertEqual(attribute, raster)
+            self.assertGreater(attribute["sigma_net"], number["sigma_net"])
+            self.assertGreater(attribute["lod"], number["lod"])
+            self.assertLess(attribute["significant_area"], number["significant_area"])
 
 
 class Files(UncertaintyTest):
@@ -197,6 +279,20 @@ class FailAbove(UncertaintyTest):
                 words = ("compare", "a.csv", "b.csv", "--lod", "0.05", "--fail-above")
                 self.run_cli(*words, f"{name}={abs(value) * 1.0001}")
                 self.assertIn(name, self.run_cli(*words, f"{name}={abs(value) * 0.9999}", code=6).stderr)
+
+    def test_any_percentile(self):
+        self.noisy(lift=0.02)
+        words = ("compare", "a.csv", "b.csv")
+        d = self.result(*words, "--fail-above", "p97.5=9", "--fail-above", "p1=9,p95=9")["difference"]
+        self.assertEqual(list(d["abs_percentiles"]), ["1", "50", "90", "95", "97.5", "99"])
+        self.assertEqual(sorted(d["abs_percentiles"].values()), list(d["abs_percentiles"].values()))
+        for level in ["1", "97.5"]:
+            value = d["abs_percentiles"][level]
+            self.run_cli(*words, "--fail-above", f"p{level}={value * 1.0001}")
+            self.assertIn(f"p{level}", self.run_cli(*words, "--fail-above", f"p{level}={value * 0.9999}", code=6).stderr)
+        self.run_cli(*words, "--fail-above", "p97.5=9", "-o", "out")
+        self.assertIn('data-key="difference.abs_percentiles.97.5"', self.path("out/report.html").read_text())
+        self.assertIn("97.5 %", self.run_cli(*words, "--fail-above", "p97.5=9").stdout)
 
     def test_significant_area_needs_a_level(self):
         self.noisy()

@@ -6,6 +6,7 @@
 #include <functional>
 #include <numbers>
 
+#include "isopach/base/error.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/measure/measures.hpp"
 #include "tests/support/mesh.hpp"
@@ -41,7 +42,8 @@ Points lattice(int k) {
 TEST(Percentiles, AreWithinTheSamplingErrorOfTenMillionPoints) {
   Random random(491);
   const Pair p = over(uniform(500, 492), [&](const Point2& q) { return std::sin(7 * q.x) + 0.3 * random.bell(); });
-  const DifferenceStatistics d = measure(p.view(), {}).difference;
+  const std::vector<double> levels{97.5, 0.1, 99.99};
+  const DifferenceStatistics d = measure(p.view(), {}, levels).difference;
   const CellView cells = p.view();
   std::vector<double> up_to;
   double area = 0;
@@ -49,6 +51,7 @@ TEST(Percentiles, AreWithinTheSamplingErrorOfTenMillionPoints) {
   constexpr int n = 10'000'000;
   int below_median = 0, near_median = 0;
   std::array<int, 4> within{};
+  std::array<int, 3> within_more{};
   for (int i = 0; i < n; ++i) {
     const auto found = std::upper_bound(up_to.begin(), up_to.end(), random.uniform() * area);
     const Cell cell =
@@ -59,6 +62,7 @@ TEST(Percentiles, AreWithinTheSamplingErrorOfTenMillionPoints) {
     below_median += x <= d.median ? 1 : 0;
     near_median += std::fabs(x - d.median) <= d.nmad / 1.4826 ? 1 : 0;
     for (std::size_t k = 0; k < 4; ++k) within[k] += std::fabs(x) <= d.abs_percentiles[k] ? 1 : 0;
+    for (std::size_t k = 0; k < 3; ++k) within_more[k] += std::fabs(x) <= d.more_percentiles[k].value ? 1 : 0;
   }
   const auto expect_share = [&](int count, double share, const char* what) {
     EXPECT_NEAR(count / static_cast<double>(n), share, 4 * std::sqrt(share * (1 - share) / n)) << what;
@@ -66,6 +70,22 @@ TEST(Percentiles, AreWithinTheSamplingErrorOfTenMillionPoints) {
   expect_share(below_median, 0.5, "median");
   expect_share(near_median, 0.5, "nmad");
   for (std::size_t k = 0; k < 4; ++k) expect_share(within[k], percentile_levels[k] / 100.0, "percentile");
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(d.more_percentiles[k].level, levels[k]);
+    expect_share(within_more[k], levels[k] / 100, "percentile asked for");
+  }
+}
+
+TEST(Percentiles, OfAnyLevelAreExactAndLevelsThatAreNoneRefused) {
+  // d = x + y over the square: see the next test.
+  const Pair p = over(lattice(5), [](const Point2& q) { return q.x + q.y; });
+  std::vector<double> levels;
+  for (double level = 0.5; level < 100; level += 0.5) levels.push_back(level);
+  const DifferenceStatistics d = measure(p.view(), {}, levels).difference;
+  for (std::size_t i = 0; i < levels.size(); ++i)
+    EXPECT_NEAR(d.more_percentiles[i].value, 2 - 2 * std::sqrt(1 - levels[i] / 100), 1e-13) << levels[i];
+  for (const double level : {0.0, 100.0, -5.0, 101.0, std::nan("")})
+    EXPECT_THROW((void)measure(p.view(), {}, std::vector<double>{level}), UsageError) << level;
 }
 
 TEST(Percentiles, OfATiltedPlaneAreThoseOfTwoUniformVariables) {

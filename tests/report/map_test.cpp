@@ -114,6 +114,16 @@ TEST(Map, ColoursReachTheLargestDifferenceWhereItIsNoOutlier) {
   EXPECT_DOUBLE_EQ(colour_limit(c), 6.1);
 }
 
+TEST(Map, ColoursReachBeyondTheLevelOfDetection) {
+  Comparison c = sample::make({}, flat, [](double x, double) { return x; });
+  c.uncertainty.lod = 2.5;  // largest |d|: 10
+  EXPECT_DOUBLE_EQ(colour_limit(c), 10);
+  c.uncertainty.lod = 8;
+  EXPECT_DOUBLE_EQ(colour_limit(c), 16);
+  c.uncertainty.lod = 123.4;  // all grey: the colours are those of differences that would be seen
+  EXPECT_DOUBLE_EQ(colour_limit(c), 250);
+}
+
 TEST(Map, TheSamePixelsTwiceAndForAnyNumberOfThreads) {
   const Comparison c = sample::make(
       {40, 30, 10, 7}, [](double x, double y) { return std::sin(x * y); },

@@ -82,7 +82,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   const OverlayMesh mesh_1{t1, a.xy, a.z, a_in_2, f2_at_a, borders.kept_1};
   const OverlayMesh mesh_2{t2, b.xy, b.z, b_in_1, f1_at_b, borders.kept_2};
-  noise.take_meshes(mesh_1, mesh_2);
+  noise.take_meshes(mesh_1, mesh_2, c.frame);
   weighting.take_meshes(mesh_1, mesh_2);
   noise.level_points(a, b, c.fields_a, c.fields_b);
 
@@ -91,11 +91,12 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
     clock.start("overlay");
-    stages::measure_overlay({t1, a.xy, a.z, a_in_2, f2_at_a}, {t2, b.xy, b.z, b_in_1, f1_at_b}, borders, c, context);
-    if (options.surface == Surface::overlay && noise.asked())
-      noise.take_overlay(Overlay(mesh_1, mesh_2, context), mesh_1, mesh_2);
-    if (options.surface == Surface::overlay && weighting.asked())
-      weighting.take_overlay(Overlay(mesh_1, mesh_2, context), mesh_1, mesh_2);
+    const Overlay overlay(mesh_1, mesh_2, context);
+    stages::measure_overlay(overlay, c, context);
+    if (options.surface == Surface::overlay) {
+      noise.take_overlay(overlay, mesh_1, mesh_2);
+      if (weighting.asked()) weighting.take_overlay(overlay, mesh_1, mesh_2);
+    }
   }
 
   NullDifferences unchanged;
@@ -120,7 +121,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("measure");  // 6. equation (7), cell by cell
   const CellView cells = c.cells.view();
-  if (options.surface != Surface::overlay) c.measures = measure(cells, context);
+  if (options.surface != Surface::overlay) c.measures = measure(cells, context, options.percentiles);
   stages::describe_domain(cells, borders, c);
   noise.describe(c);
   weighting.describe(c);

@@ -55,15 +55,23 @@ void check_uncertainty(const UncertaintyOptions& o) {
     throw UsageError(
         "--uncertainty-model correlated: needs --correlation-range, the distance over which errors are "
         "alike");
-  if (o.model == Model::registration && !(o.registration_error > 0))
+  if (o.model == Model::registration && !(o.registration_error > 0) && !o.registration_covariance)
     throw UsageError(
         "--uncertainty-model registration: needs --registration-error, the standard deviation of the "
-        "vertical shift between the scans");
+        "vertical shift between the scans or result.json of isopach match, or --match");
+  if (o.registration_error > 0 && o.registration_covariance)
+    throw UsageError("--registration-error: give a shift or a covariance of the pose, not both");
+  if (o.registration_covariance) {
+    const std::string fault = fault_of(*o.registration_covariance);
+    if (!fault.empty())
+      throw InputError(fmt::format("--registration-error: {}: no covariance of a pose: {}",
+                                   o.registration_source.empty() ? "matrix" : o.registration_source, fault));
+  }
   if (o.correlation_range > 0 && (o.model == Model::none || o.model == Model::independent))
     throw UsageError("--correlation-range: acts in --uncertainty-model correlated or registration alone");
   if (o.correlation_range > 0 && !has_1)
     throw UsageError("--correlation-range: needs the noise of both scans, --sigma1 and --sigma2");
-  if (o.registration_error > 0 && o.model != Model::registration)
+  if ((o.registration_error > 0 || o.registration_covariance) && o.model != Model::registration)
     throw UsageError("--registration-error: acts in --uncertainty-model registration alone");
 }
 
@@ -75,20 +83,30 @@ void Noise::take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field
   sigma_[1] = sigma_of_nodes(b, options_.pose, field_b, o.sigma2, policy, "--sigma2", context_);
 }
 
-void Noise::take_meshes(const OverlayMesh& m1, const OverlayMesh& m2) {
+void Noise::take_meshes(const OverlayMesh& m1, const OverlayMesh& m2, const Frame& frame) {
+  if (const auto& given = options_.uncertainty.registration_covariance) {
+    covariance_ = in_frame(*given, frame);
+    shift_ = height_deviations(m2, *covariance_, context_);
+  }
+  if (has_sigmas() || has_covariance()) in_other_[0] = stencils(m1.in_other, m1.xy, m2.t, m2.xy, context_);
   if (!has_sigmas()) return;
-  in_other_[0] = stencils(m1.in_other, m1.xy, m2.t, m2.xy, context_);
   in_other_[1] = stencils(m2.in_other, m2.xy, m1.t, m1.xy, context_);
   if (!(options_.uncertainty.correlation_range > 0)) return;
   xy_[0].assign(m1.xy.begin(), m1.xy.end());
   xy_[1].assign(m2.xy.begin(), m2.xy.end());
 }
 
+// Standard deviation of d by the registration at a node of a scan.
+double Noise::shift_at(std::size_t scan, Index node) const {
+  if (!has_covariance()) return options_.uncertainty.registration_error;
+  return scan == 1 ? shift_[node] : in_other_[0][node].apply(shift_);
+}
+
 // Where it is the same everywhere.
 std::optional<double> Noise::constant_level() const {
   const UncertaintyOptions& o = options_.uncertainty;
   if (o.lod > 0) return o.lod;
-  if (!has_sigmas()) return std::nullopt;
+  if (!has_sigmas() || has_covariance()) return std::nullopt;
   std::array<double, 2> sigma{};
   for (std::size_t scan = 0; scan < 2; ++scan) {
     const auto [least, most] = std::minmax_element(sigma_[scan].begin(), sigma_[scan].end());
@@ -113,7 +131,7 @@ void Noise::level_points(const HeightField& a, const HeightField& b, PointFields
         fields.lod[i] = o.lod;
       else
         fields.lod[i] = k * std::hypot(std::hypot(sigma_[scan][node], in_other_[scan][node].apply(sigma_[1 - scan])),
-                                       o.registration_error);
+                                       shift_at(scan, node));
     });
   };
   fill(0, a, of_a);
@@ -123,23 +141,30 @@ void Noise::level_points(const HeightField& a, const HeightField& b, PointFields
 void Noise::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2) {
   if (const auto level = constant_level()) overlay_detected_ = detect(overlay, *level, context_);
   if (has_model()) overlay_weights_ = weights_of_overlay(overlay, m1, m2, context_);
+  if (has_covariance()) overlay_motions_ = volume_motions(overlay, covariance_->centre, context_);
 }
 
 void Noise::take_union(const UnitedNodes& nodes) {
-  if (!has_sigmas()) return;
+  if (!has_sigmas() && !has_covariance()) return;
   node_of_ = {nodes.of_1, nodes.of_2};
 }
 
-// Per node of T: the level of detection there, or the deviation of d. The deviation of an interpolated height is taken
-// as the interpolated deviation: its upper bound, reached when the nodes of a triangle err alike.
-Array<double> Noise::at_union(bool levels) const {
-  const double k = levels ? deviations() : 1, shift = levels ? options_.uncertainty.registration_error : 0;
-  Array<double> result(node_of_[0].size());
-  for_each_index(result.size(), [&](std::size_t i) {
+// Per node of T, by noise and registration. The deviation of an interpolated height is taken as the interpolated
+// deviation: its upper bound, reached when the nodes of a triangle err alike.
+Array<double> Noise::deviations_of_d(std::size_t nodes) const {
+  Array<double> result(nodes);
+  for_each_index(nodes, [&](std::size_t i) {
+    if (node_of_[0].empty()) {  // neither sigmas nor a covariance: a shift alone
+      result[i] = options_.uncertainty.registration_error;
+      return;
+    }
     const Index i1 = node_of_[0][i], i2 = node_of_[1][i];
-    const double s1 = i1 != no_index ? sigma_[0][i1] : in_other_[1][i2].apply(sigma_[0]);
-    const double s2 = i2 != no_index ? sigma_[1][i2] : in_other_[0][i1].apply(sigma_[1]);
-    result[i] = k * std::hypot(std::hypot(s1, s2), shift);
+    double s1 = 0, s2 = 0;
+    if (has_sigmas()) {
+      s1 = i1 != no_index ? sigma_[0][i1] : in_other_[1][i2].apply(sigma_[0]);
+      s2 = i2 != no_index ? sigma_[1][i2] : in_other_[0][i1].apply(sigma_[1]);
+    }
+    result[i] = std::hypot(std::hypot(s1, s2), i2 != no_index ? shift_at(1, i2) : shift_at(0, i1));
   });
   return result;
 }
@@ -168,14 +193,19 @@ void Noise::describe_volumes(Comparison& c) {
     }
   }
   const double shift = options_.uncertainty.registration_error;
-  c.uncertainty.sigma = {std::hypot(std::sqrt(variance.net), shift * area.net),
-                         std::hypot(std::sqrt(variance.above), shift * area.above),
-                         std::hypot(std::sqrt(variance.below), shift * area.below)};
-  // Also of the shift, which is part of the error of d everywhere.
-  Array<double> deviation;
-  if (has_sigmas()) deviation = at_union(false);
-  for (std::size_t i = 0; i < of_cells.size(); ++i)
-    bias.add(of_cells[i].net * std::hypot(has_sigmas() ? deviation[i] : 0, shift));
+  VolumeTriple moved{shift * area.net, shift * area.above, shift * area.below};
+  if (has_covariance()) {
+    const VolumeMotions m =
+        overlay_motions_ ? *overlay_motions_ : volume_motions(c.cells.view(), covariance_->centre, context_);
+    const auto deviation = [&](const MotionGradient& g) { return std::sqrt(isopach::variance(g, *covariance_)); };
+    moved = {deviation(m.net), deviation(m.above), deviation(m.below)};
+  }
+  c.uncertainty.sigma = {std::hypot(std::sqrt(variance.net), moved.net),
+                         std::hypot(std::sqrt(variance.above), moved.above),
+                         std::hypot(std::sqrt(variance.below), moved.below)};
+  if (options_.uncertainty.model == UncertaintyModel::registration) c.uncertainty.sigma_net_registration = moved.net;
+  const Array<double> deviation = deviations_of_d(of_cells.size());
+  for (std::size_t i = 0; i < of_cells.size(); ++i) bias.add(of_cells[i].net * deviation[i]);
   c.uncertainty.rectification_bias = bias.value() / std::sqrt(2 * std::numbers::pi);
 }
 
@@ -191,7 +221,8 @@ void Noise::describe(Comparison& c) {
     c.cells.lod.assign(cells.xy.size(), o.lod);
     u.detected = overlay_detected_ ? *overlay_detected_ : detect(cells, o.lod, context_);
   } else if (has_sigmas()) {
-    c.cells.lod = at_union(true);
+    c.cells.lod = deviations_of_d(cells.xy.size());
+    for_each_index(c.cells.lod.size(), [&](std::size_t i) { c.cells.lod[i] *= u.deviations; });
     u.detected = overlay_detected_ ? *overlay_detected_ : detect(cells, c.cells.lod, context_);
     const auto [least, most] = std::minmax_element(c.cells.lod.begin(), c.cells.lod.end());
     Sum sum, area;

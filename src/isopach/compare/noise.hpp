@@ -2,6 +2,7 @@
 // what T1 and T2 know of interpolation is kept before they go; weights, levels and volumes come when T is there.
 #pragma once
 #include "isopach/compare/comparison.hpp"
+#include "isopach/measure/registration.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/overlay.hpp"
 
@@ -31,7 +32,7 @@ class Noise {
   void take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b);
 
   /// While T1, T2 and the locations are there.
-  void take_meshes(const OverlayMesh& m1, const OverlayMesh& m2);
+  void take_meshes(const OverlayMesh& m1, const OverlayMesh& m2, const Frame& frame);
 
   /// Levels of detection at the input points.
   void level_points(const HeightField& a, const HeightField& b, PointFields& of_a, PointFields& of_b) const;
@@ -48,19 +49,24 @@ class Noise {
  private:
   [[nodiscard]] bool has_sigmas() const;
   [[nodiscard]] bool has_model() const;
+  [[nodiscard]] bool has_covariance() const { return covariance_.has_value(); }
+  [[nodiscard]] double shift_at(std::size_t scan, Index node) const;
   [[nodiscard]] std::optional<double> constant_level() const;
   [[nodiscard]] double deviations() const { return normal_deviations(options_.uncertainty.confidence); }
-  [[nodiscard]] Array<double> at_union(bool levels) const;
+  [[nodiscard]] Array<double> deviations_of_d(std::size_t nodes) const;
   [[nodiscard]] VolumeTriple variance_of(std::size_t scan, const NodeWeights& weights) const;
   void describe_volumes(Comparison& c);
 
   const CompareOptions& options_;
   const Context& context_;
-  std::array<Array<double>, 2> sigma_;      // per node of each scan
-  std::array<Array<Point2>, 2> xy_;         // for correlated noise alone
-  std::array<Array<Stencil>, 2> in_other_;  // of each node of a scan, in the other
-  std::array<Array<Index>, 2> node_of_;     // per node of T its node of each scan
+  std::array<Array<double>, 2> sigma_;        // per node of each scan
+  std::array<Array<Point2>, 2> xy_;           // for correlated noise alone
+  std::array<Array<Stencil>, 2> in_other_;    // of each node of a scan, in the other
+  std::array<Array<Index>, 2> node_of_;       // per node of T its node of each scan
+  std::optional<PoseCovariance> covariance_;  // of the registration, frame coordinates
+  Array<double> shift_;                       // what it means for the height at each node of B
   std::optional<std::array<NodeWeights, 2>> overlay_weights_;
+  std::optional<VolumeMotions> overlay_motions_;
   std::optional<Detected> overlay_detected_;
 };
 

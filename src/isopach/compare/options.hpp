@@ -1,6 +1,7 @@
 // CompareOptions: every option of a comparison with its default, unit and reason. Names are those of the command line.
 #pragma once
 #include <string>
+#include <vector>
 
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/rigid.hpp"
@@ -32,6 +33,7 @@ struct CompareOptions {
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   WeightSource weight;                        ///< weighted measures beside the plain ones; default: none
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it
+  std::vector<double> percentiles;            ///< of |d|, beside percentile_levels: each between 0 and 100, by area
   bool noise_floor = false;  ///< estimate what an unchanged surface would show; takes longer than all the rest
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do
   std::string unit;          ///< overrides the unit of both inputs; empty = as in the files

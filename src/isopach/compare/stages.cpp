@@ -147,6 +147,7 @@ void Clock::stop() {
 }
 
 void check_options(const CompareOptions& options) {
+  check_percentiles(options.percentiles);
   if (options.surface != Surface::common && options.domain == DomainKind::hull)
     throw UsageError(
         "--surface: the exact overlay ends where one of the surfaces does: leave --domain hull out, or take --surface "
@@ -366,13 +367,11 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
   return cells;
 }
 
-void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Comparison& c, const Context& context) {
-  m1.kept = borders.kept_1, m2.kept = borders.kept_2;
-  const Overlay overlay(m1, m2, context);
+void measure_overlay(const Overlay& overlay, Comparison& c, const Context& context) {
   if (c.options.surface == Surface::both)
     c.overlay = sum_up(overlay, context);
   else
-    c.measures = measure(overlay, context);
+    c.measures = measure(overlay, context, c.options.percentiles);
   if (c.options.keep_overlay) c.overlay_surface = overlay.surface(context);
 }
 

@@ -82,7 +82,7 @@ struct Common {
 
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.
-void measure_overlay(OverlayMesh m1, OverlayMesh m2, const Borders& borders, Comparison& c, const Context& context);
+void measure_overlay(const Overlay& overlay, Comparison& c, const Context& context);
 
 /// ρ_dV into c.detail. Throws OverlapError where there is none and options.measure asks for it.
 void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context);

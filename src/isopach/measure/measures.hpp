@@ -23,11 +23,20 @@ struct Histogram {
   std::vector<double> areas;  ///< k areas; d outside the edges is counted in the outermost bins
 };
 
+/// |d| is at most `value` on `level` percent of the area.
+struct Percentile {
+  double level = 0, value = 0;
+};
+
+/// UsageError unless every level lies between 0 and 100.
+void check_percentiles(std::span<const double> levels);
+
 struct DifferenceStatistics {
   double mean = 0, rms = 0, std = 0;
-  double median = 0, nmad = 0;              ///< nmad = 1.4826 · median |d − median(d)|
-  double max_above = 0, max_below = 0;      ///< largest d and largest −d, both ≥ 0
-  std::array<double, 4> abs_percentiles{};  ///< of |d|, see percentile_levels
+  double median = 0, nmad = 0;               ///< nmad = 1.4826 · median |d − median(d)|
+  double max_above = 0, max_below = 0;       ///< largest d and largest −d, both ≥ 0
+  std::array<double, 4> abs_percentiles{};   ///< of |d|, see percentile_levels
+  std::vector<Percentile> more_percentiles;  ///< of |d|, those that were asked for beside them, in that order
   Histogram histogram;
 };
 inline constexpr std::array<int, 4> percentile_levels{50, 90, 95, 99};
@@ -72,13 +81,15 @@ struct Parts {
 
 /// All measures over the domain. Area 0 (no cell) gives zeros. Sums are compensated, over fixed blocks: the same bits
 /// for any number of threads; swapping the surfaces swaps above and below to the last bit. Cost O(cells). Oracle:
-/// tests/measure (subdivision, closed forms, sampling).
-[[nodiscard]] Measures measure(const CellView& cells, const Context& context);
+/// tests/measure (subdivision, closed forms, sampling). `percentiles`: levels of more_percentiles, see
+/// check_percentiles.
+[[nodiscard]] Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles = {});
 
 /// The same over the cells of the exact overlay of both meshes: the exact integrals between the two piecewise linear
 /// surfaces. The cells are not kept but made anew for each of the three passes (sums, percentiles, histogram). Oracle:
 /// tests/overlay/overlay_test.cpp.
-[[nodiscard]] Measures measure(const Overlay& overlay, const Context& context);
+[[nodiscard]] Measures measure(const Overlay& overlay, const Context& context,
+                               std::span<const double> percentiles = {});
 
 /// … in one pass, without median, nmad, percentiles and histogram (which stay 0 and empty).
 [[nodiscard]] Measures sum_up(const Overlay& overlay, const Context& context);

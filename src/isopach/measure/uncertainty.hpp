@@ -10,7 +10,8 @@
 //
 // Models. independent: no two nodes share their error. correlated: two nodes of a scan at distance r share it with
 // correlation c(r) (Rolstad, Haug, Denby, J. Glaciology 2009); scans are independent of each other. registration: the
-// noise of one of those, and one unknown vertical shift of B against A on top, the same everywhere.
+// noise of one of those, and an unknown motion of B against A on top: a shift along the direction, the same everywhere,
+// or a whole pose with its covariance (registration.hpp).
 #pragma once
 #include <array>
 #include <optional>
@@ -35,6 +36,13 @@ struct SigmaSource {
   std::string name;  ///< attribute of the points, or path of the raster
 };
 
+/// How well the pose of B is known, as isopach match says it: turns (rad) about x, y, z of the input axes through
+/// `centre`, in coordinates of A, then shifts along x, y, z.
+struct PoseCovariance {
+  std::array<double, 36> matrix{};  ///< 6×6, row-major
+  Point3 centre{0, 0, 0};
+};
+
 struct UncertaintyOptions {
   UncertaintyModel model = UncertaintyModel::none;
   SigmaSource sigma1, sigma2;    ///< of A and B; default: not known
@@ -42,7 +50,9 @@ struct UncertaintyOptions {
   double lod = 0;                ///< > 0: the level of detection, unit of heights; 0: from the sigmas
   double correlation_range = 0;  ///< > 0: unit of x and y
   CorrelationShape correlation = CorrelationShape::spherical;
-  double registration_error = 0;  ///< > 0: standard deviation of the vertical shift, unit of heights
+  double registration_error = 0;  ///< > 0: standard deviation of a shift of B along the direction, unit of heights
+  std::optional<PoseCovariance> registration_covariance;  ///< instead: of the whole pose
+  std::string registration_source;  ///< where the covariance comes from, for reports: a file, "match"
 };
 
 /// One number for each of the three volumes.
@@ -52,11 +62,12 @@ struct VolumeTriple {
 
 /// What a comparison says of its uncertainty. What was not asked for is not there: nothing is ever ±0 for want of data.
 struct Uncertainty {
-  std::optional<double> lod;          ///< level of detection; where it varies, its mean by area
-  bool lod_is_given = false;          ///< by the user, not from the sigmas
-  std::optional<Detected> detected;   ///< where |d| > level of detection
-  std::optional<VolumeTriple> sigma;  ///< standard deviations of the volumes under the model
-  double deviations = 0;              ///< normal_deviations(confidence): net ± deviations · sigma is the interval
+  std::optional<double> lod;                     ///< level of detection; where it varies, its mean by area
+  bool lod_is_given = false;                     ///< by the user, not from the sigmas
+  std::optional<Detected> detected;              ///< where |d| > level of detection
+  std::optional<VolumeTriple> sigma;             ///< standard deviations of the volumes under the model
+  std::optional<double> sigma_net_registration;  ///< the part of sigma->net that the registration alone makes
+  double deviations = 0;  ///< normal_deviations(confidence): net ± deviations · sigma is the interval
   std::optional<double> rectification_bias;  ///< above and below are too large by this each, at most (see above)
 };
 

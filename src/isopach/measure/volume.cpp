@@ -1,6 +1,9 @@
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/measure/distribution.hpp"
@@ -53,10 +56,12 @@ Measures sums_over(const Source& cells, const Context& context) {
 }
 
 template <class Source>
-Measures measure_all(const Source& cells, const Context& context) {
+Measures measure_all(const Source& cells, const Context& context, std::span<const double> percentiles) {
+  check_percentiles(percentiles);
   constexpr std::size_t bins = 101;
   std::vector<Quantile> wanted{{0.5, false, 0}};
   for (const int level : percentile_levels) wanted.push_back({level / 100.0, true, 0});
+  for (const double level : percentiles) wanted.push_back({level / 100, true, 0});
   wanted.push_back({0.5, true, 0, 0});  // about the median
   Described found = describe(cells, wanted, bins, context);
   Measures m = measures_of(found.totals);
@@ -64,12 +69,20 @@ Measures measure_all(const Source& cells, const Context& context) {
   DifferenceStatistics& d = m.difference;
   d.median = found.quantiles[0];
   std::copy_n(found.quantiles.begin() + 1, percentile_levels.size(), d.abs_percentiles.begin());
+  for (std::size_t i = 0; i < percentiles.size(); ++i)
+    d.more_percentiles.push_back({percentiles[i], found.quantiles[1 + percentile_levels.size() + i]});
   d.nmad = 1.4826 * found.quantiles.back();
   d.histogram = std::move(found.histogram);
   return m;
 }
 
 }  // namespace
+
+void check_percentiles(std::span<const double> levels) {
+  for (const double level : levels)
+    if (!(level > 0 && level < 100))
+      throw UsageError(fmt::format("percentile {}: give one above 0 and below 100, e.g. 95", level));
+}
 
 Parts split_volume(const Cell& cell) {
   double d0 = cell.d[0], d1 = cell.d[1], d2 = cell.d[2];
@@ -85,8 +98,12 @@ Parts split_volume(const Cell& cell) {
   return {mirrored.below, mirrored.above};
 }
 
-Measures measure(const CellView& cells, const Context& context) { return measure_all(cells, context); }
-Measures measure(const Overlay& overlay, const Context& context) { return measure_all(overlay, context); }
+Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles) {
+  return measure_all(cells, context, percentiles);
+}
+Measures measure(const Overlay& overlay, const Context& context, std::span<const double> percentiles) {
+  return measure_all(overlay, context, percentiles);
+}
 Measures sum_up(const Overlay& overlay, const Context& context) { return sums_over(overlay, context); }
 
 }  // namespace isopach

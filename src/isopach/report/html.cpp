@@ -20,6 +20,8 @@ namespace {
 using Json = nlohmann::ordered_json;
 constexpr Typography fine = Typography::fine;
 
+constexpr const char* told_columns = "<th>name</th><th class=\"n\"></th><th class=\"u\">unit</th><th>what it says</th>";
+
 class Page : public HtmlPage {
  public:
   Page(const Comparison& c, const std::string& json, const MapOptions& look) : HtmlPage(json), c_(c), look_(look) {}
@@ -48,6 +50,11 @@ class Page : public HtmlPage {
 
   // --- sections, in the order of the page ---------------------------------------------------------------------------
 
+  [[nodiscard]] static std::string as_sentence(std::string clause) {
+    clause[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(clause[0])));
+    return clause + ".";
+  }
+
   void head() {
     const std::string names = escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b));
     out_ += "<header>\n<h1>" + (look_.title.empty() ? names : escaped(look_.title)) + "</h1>\n";
@@ -55,6 +62,8 @@ class Page : public HtmlPage {
       return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
     };
     out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
+    if (c_.uncertainty.sigma)
+      out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantity).front()) + "</p>\n";
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +
             (c_.unit == "unknown" ? ". Lengths: " : ". Lengths in ") + unit_sentence(c_.unit) +
             (height_unit(c_) == c_.unit ? "" : ", heights in " + unit_sentence(height_unit(c_))) +
@@ -112,7 +121,7 @@ class Page : public HtmlPage {
   }
 
   void numbers() {
-    open_table("The numbers", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
+    open_table("The numbers", told_columns, " class=\"told\"");
     row("gained (above)", plain("volume.above"), unit(3), "volume between the surfaces where B lies above A");
     row("lost (below)", plain("volume.below"), unit(3), "volume between the surfaces where B lies below A");
     row("net", with_sign("volume.net"), unit(3), "gained − lost; gains and losses cancel in it");
@@ -136,9 +145,11 @@ class Page : public HtmlPage {
     row("RMS", plain("difference.rms"), unit(1), "root of the mean of d²; large differences weigh more");
     row("standard deviation", plain("difference.std"), unit(1), "spread of d about its mean");
     row("NMAD", plain("difference.nmad"), unit(1), "1.4826 × median |d − median d|: the spread without the outliers");
-    for (const int level : percentile_levels)
-      row("|d| at " + std::to_string(level) + "\u00a0%", plain("difference.abs_percentiles." + std::to_string(level)),
-          unit(1), std::to_string(level) + "\u00a0% of the area differs by no more than this");
+    for (const Percentile& p : all_percentiles(c_.measures.difference)) {
+      const std::string level = fmt::format("{}", p.level);
+      row("|d| at " + level + "\u00a0%", plain("difference.abs_percentiles." + level), unit(1),
+          level + "\u00a0% of the area differs by no more than this");
+    }
     row("largest above", plain("difference.max_above"), unit(1), "the highest B rises over A");
     row("largest below", plain("difference.max_below"), unit(1), "the deepest B falls under A");
     row("area compared", plain("domain.area"), unit(2), "where both surfaces are known, seen along the direction");
@@ -164,13 +175,16 @@ class Page : public HtmlPage {
     if (!c_.uncertainty.sigma && !c_.uncertainty.detected)
       out_ += "<p class=\"soft\">No error of the scanners was given, so none is claimed here.</p>\n";
     if (sentences.empty()) return;
-    open_table("How sure the volumes are", "<th>name</th><th></th><th>unit</th><th>what it says</th>",
-               " class=\"told\"");
+    open_table("How sure the volumes are", told_columns, " class=\"told\"");
     if (c_.uncertainty.sigma) {
-      row("net, from", with_sign("uncertainty.interval_net.0"), unit(3), "lower end of its interval");
+      row("net, from", with_sign("uncertainty.interval_net.0"), unit(3),
+          fmt::format("lower end of its interval at {:.6g}\u00a0%", 100 * c_.options.uncertainty.confidence));
       row("net, to", with_sign("uncertainty.interval_net.1"), unit(3), "upper end");
       row("σ of net", plain("uncertainty.sigma_net"), unit(3),
           "standard deviation under the model “" + escaped(at("uncertainty.model").get<std::string>()) + "”");
+      if (c_.uncertainty.sigma_net_registration)
+        row("σ of net, by the registration", plain("uncertainty.sigma_net_registration"), unit(3),
+            "the part of it that does not shrink with more points");
       row("σ of gained", plain("uncertainty.sigma_above"), unit(3), "to first order");
       row("σ of lost", plain("uncertainty.sigma_below"), unit(3), "to first order");
     }
@@ -191,10 +205,9 @@ class Page : public HtmlPage {
       row("ρ, debiased", plain("uncertainty.debiased.rho"), unit(1), "that ÷ area");
     }
     close_table();
-    for (std::string sentence : sentences) {
-      sentence[0] = static_cast<char>(std::toupper(static_cast<unsigned char>(sentence[0])));
-      out_ += "<p>" + sentence + ".</p>\n";
-    }
+    // The first one, of the net, stands at the top of the page.
+    for (std::size_t i = c_.uncertainty.sigma ? 1 : 0; i < sentences.size(); ++i)
+      out_ += "<p>" + as_sentence(sentences[i]) + "</p>\n";
   }
 
   void histogram() {
@@ -221,7 +234,9 @@ class Page : public HtmlPage {
     }
     for (std::size_t i = 0; i < areas.size(); ++i) {
       const double a = edges[i].get<double>(), b = edges[i + 1].get<double>(), area = areas[i].get<double>();
-      const Rgb colour = palette((a + b) / 2 / limit);
+      const double middle = (a + b) / 2;
+      const bool is_noise = std::fabs(middle) <= c_.uncertainty.lod.value_or(-1);
+      const Rgb colour = is_noise ? noise_colour : palette(middle / limit);
       const auto byte = [](double v) { return static_cast<int>(std::lround(255 * v)); };
       out_ += fmt::format(
           "<rect x=\"{:.2f}\" y=\"{:.2f}\" width=\"{:.2f}\" height=\"{:.2f}\" fill=\"#{:02x}{:02x}{:02x}\" "
@@ -243,7 +258,8 @@ class Page : public HtmlPage {
                     (left + width - right) / 2, height - 6, unit(1));
     out_ += "<figcaption>Area (" + unit(2) +
             ", square-root scale) over the difference d. The outermost bars hold all that lies "
-            "beyond.</figcaption></figure>\n";
+            "beyond." +
+            (c_.uncertainty.lod ? " Grey: within the level of detection." : "") + "</figcaption></figure>\n";
   }
 
   void inputs() {
@@ -290,10 +306,19 @@ class Page : public HtmlPage {
   [[nodiscard]] static std::string setting_text(const Json& setting) {
     if (setting.is_boolean()) return setting.get<bool>() ? "yes" : "no";
     if (setting.is_number_integer()) return setting.dump();
-    if (setting.is_number()) return number(setting.get<double>(), fine);
+    if (setting.is_number()) return fmt::format("{}", setting.get<double>());
     std::string list;
     for (const Json& item : setting) list += (list.empty() ? "" : ", ") + setting_text(item);
     return list;
+  }
+
+  /// Of an option that is a length; "" for all others.
+  [[nodiscard]] std::string unit_of_setting(const std::string& name) const {
+    for (const char* length : {"max_edge", "correlation_range"})
+      if (name == length) return unit_text(c_.unit);
+    for (const char* height : {"sigma1", "sigma2", "lod", "registration_error"})
+      if (name == height) return unit(1);
+    return "";
   }
 
   void parameters() {
@@ -301,7 +326,8 @@ class Page : public HtmlPage {
     for (const auto& [name, setting] : json_.at("parameters").items()) {
       const std::string shown = setting.is_null()     ? "–"
                                 : setting.is_string() ? escaped(setting.get<std::string>())
-                                                      : datum("parameters." + name, setting_text(setting));
+                                                      : datum("parameters." + name, setting_text(setting)) +
+                                                            (setting.is_number() ? " " + unit_of_setting(name) : "");
       out_ +=
           "<tr><th scope=\"row\"><code>" + escaped(name) + "</code></th><td class=\"wrap\">" + shown + "</td></tr>\n";
     }
@@ -314,7 +340,7 @@ class Page : public HtmlPage {
   }
 
   void working() {
-    open_table("Behind the numbers", "", " class=\"told\"");
+    open_table("Behind the numbers", told_columns, " class=\"told\"");
     row("triangles of A", whole("triangulations.t1"), "", "Delaunay triangulation of the nodes of A");
     row("triangles of B", whole("triangulations.t2"), "", "Delaunay triangulation of the nodes of B");
     row("common triangles", whole("triangulations.common"), "", "of the nodes of both; the measure runs over these");

@@ -1,6 +1,7 @@
 // result.json: the keys of schema isopach.compare/1 in their order (docs/schema/compare-1.json).
-#include <cmath>
+#include <fmt/format.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "isopach/report/report.hpp"
@@ -66,6 +67,11 @@ Json sigma_json(const SigmaSource& s) {
   return nullptr;
 }
 
+Json registration_json(const UncertaintyOptions& o) {
+  if (o.registration_covariance) return o.registration_source;
+  return o.registration_error > 0 ? real(o.registration_error) : Json(nullptr);
+}
+
 Json parameters_json(const Comparison& c) {
   const CompareOptions& o = c.options;
   const auto& r = c.frame.rotation;
@@ -92,8 +98,7 @@ Json parameters_json(const Comparison& c) {
           {"correlation", to_text(o.uncertainty.correlation)},
           {"correlation_range",
            o.uncertainty.correlation_range > 0 ? real(o.uncertainty.correlation_range) : Json(nullptr)},
-          {"registration_error",
-           o.uncertainty.registration_error > 0 ? real(o.uncertainty.registration_error) : Json(nullptr)},
+          {"registration_error", registration_json(o.uncertainty)},
           {"noise_floor", o.noise_floor},
           {"min_coverage", real(o.min_coverage)},
           {"allow_crs", o.allow_crs},
@@ -127,8 +132,7 @@ Json surfaces_json(const Comparison& c) {
 
 Json difference_json(const DifferenceStatistics& d) {
   Json percentiles;
-  for (std::size_t i = 0; i < percentile_levels.size(); ++i)
-    percentiles[std::to_string(percentile_levels[i])] = real(d.abs_percentiles[i]);
+  for (const Percentile& p : all_percentiles(d)) percentiles[fmt::format("{}", p.level)] = real(p.value);
   return {{"mean", real(d.mean)},
           {"rms", real(d.rms)},
           {"std", real(d.std)},
@@ -175,6 +179,7 @@ Json uncertainty_json(const Comparison& c) {
           {"lod", u.lod ? real(*u.lod) : none},
           {"lod_rule", u.lod ? Json(u.lod_is_given ? "given" : "sigmas") : none},
           {"sigma_net", of(&VolumeTriple::net)},
+          {"sigma_net_registration", u.sigma_net_registration ? real(*u.sigma_net_registration) : none},
           {"sigma_above", of(&VolumeTriple::above)},
           {"sigma_below", of(&VolumeTriple::below)},
           {"interval_net", net ? Json::array({real(net->first), real(net->second)}) : none},

@@ -18,11 +18,11 @@ namespace {
 constexpr Rgb paper{1, 1, 1}, ink{0.13, 0.14, 0.16}, faint{0.42, 0.44, 0.47}, rule{0.55, 0.57, 0.60};
 constexpr Rgb outside{0.965, 0.965, 0.96}, footprint{0.925, 0.925, 0.92}, hatch{0.80, 0.80, 0.795},
     bars{0.66, 0.68, 0.71};
-constexpr Rgb noise{0.77, 0.77, 0.77};  // |d| up to the level of detection
-constexpr int samples = 2;              // each way in a pixel: smooth rims
-constexpr double longest_aspect = 25;   // longer scenes get empty margins
-constexpr double margin_share = 0.15;   // how much of what lies outside the domain is shown
-constexpr double own_colours = 1.6;     // times the 99th percentile: a largest |d| up to this is not cut off
+constexpr int samples = 2;                // each way in a pixel: smooth rims
+constexpr double longest_aspect = 25;     // longer scenes get empty margins
+constexpr double margin_share = 0.15;     // how much of what lies outside the domain is shown
+constexpr double own_colours = 1.6;       // times the 99th percentile: a largest |d| up to this is not cut off
+constexpr double least_over_noise = 1.5;  // times the level of detection: colours reach at least so far
 constexpr Typography fine = Typography::fine;
 
 double round_up_2_digits(double v) {
@@ -36,6 +36,13 @@ double nice_below(double v) {
   return (v >= 5 * power ? 5 : v >= 2 * power ? 2 : 1) * power;
 }
 double largest(const DifferenceStatistics& d) { return std::max(d.max_above, d.max_below); }
+
+// Without a level of detection.
+double natural_limit(const Comparison& c) {
+  const DifferenceStatistics& d = c.measures.difference;
+  const double p99 = d.abs_percentiles.back(), most = largest(d);
+  return round_up_2_digits(p99 > 0 && most > own_colours * p99 ? p99 : std::max(p99, most));
+}
 
 double nice_above(double v) {
   const double below = nice_below(v);
@@ -128,7 +135,7 @@ Image shade_and_colour(const CellRaster& raster, const Hillshade& shade, const P
       return (i / columns + i % columns) / stripe % 9 == 0 ? hatch : footprint;
     }
     const bool is_noise = !raster.lod.empty() && std::fabs(raster.d[i]) <= raster.lod[i];
-    const Rgb& c = is_noise ? noise : palette(raster.d[i] / limit);
+    const Rgb& c = is_noise ? noise_colour : palette(raster.d[i] / limit);
     const double g = shade.grey[i];
     return {c.r * g, c.g * g, c.b * g};
   };
@@ -328,7 +335,7 @@ class Map {
       canvas.box(std::min(p.x, q.x), std::min(p.y, q.y) - (bar_.upright ? over : 0),
                  std::fabs(q.x - p.x) + (bar_.upright ? 0 : over), std::fabs(q.y - p.y) + (bar_.upright ? over : 0),
                  std::fabs((2.0 * i + 1) / steps - 1) * limit_ <= c_.uncertainty.lod.value_or(-1)
-                     ? noise
+                     ? noise_colour
                      : palette_((2.0 * i + 1) / steps - 1));
     }
     const auto a = bar_.at(0, 0), b = bar_.at(bar_.length, bar_.thickness);
@@ -401,13 +408,14 @@ class Map {
     };
     const MapWords& words = options_.words;
     if (c_.uncertainty.lod)
-      key(noise, false, "within the level of detection, ±" + with_unit(number(*c_.uncertainty.lod, fine), 1));
+      key(noise_colour, false, "within the level of detection, ±" + with_unit(number(*c_.uncertainty.lod, fine), 1));
     else
       key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
     if (has_footprint_)
       key(footprint, true,
           words.left_out.empty() ? "scanned, but not compared (one scan has no points here)" : words.left_out);
-    const std::string reach = shows_no_difference(c_) ? ""
+    const std::string reach = shows_no_difference(c_)      ? ""
+                              : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "
                               : limit_ < largest(c_.measures.difference)
                                   ? "colours reach to the 99th percentile of |d|; "
                                   : "colours reach to the largest |d|; ";
@@ -440,9 +448,8 @@ bool shows_no_difference(const Comparison& c) {
 
 double colour_limit(const Comparison& c) {
   if (shows_no_difference(c)) return 1;
-  const DifferenceStatistics& d = c.measures.difference;
-  const double p99 = d.abs_percentiles.back(), most = largest(d);
-  return round_up_2_digits(p99 > 0 && most > own_colours * p99 ? p99 : std::max(p99, most));
+  const double limit = natural_limit(c), lod = c.uncertainty.lod.value_or(0);
+  return limit < least_over_noise * lod ? round_up_2_digits(2 * lod) : limit;
 }
 
 Image render_map(const Comparison& c, const MapOptions& options, const Context& context) {

@@ -7,8 +7,11 @@ namespace isopach {
 
 /// Limits ±L of the colours, rounded up to 2 significant digits: the 99th percentile of |d| by area, or the largest |d|
 /// where that is at most 1.6 times as much or the percentile is 0 (a small part differs); 1 where nothing differs
-/// beyond rounding.
+/// beyond rounding. At least 1.5 times the level of detection, below which the map is grey: else twice that level.
 [[nodiscard]] double colour_limit(const Comparison& c);
+
+/// Of |d| up to the level of detection.
+inline constexpr Rgb noise_colour{0.77, 0.77, 0.77};
 
 /// Whether d is 0 everywhere, up to the rounding of the coordinates.
 [[nodiscard]] bool shows_no_difference(const Comparison& c);

@@ -46,6 +46,7 @@ table{border-collapse:collapse;width:100%;font-variant-numeric:tabular-nums}
 th,td{text-align:left;padding:7px 14px 7px 0;border-bottom:1px solid var(--line);vertical-align:baseline}
 thead th{font-size:13px;font-weight:500;color:var(--soft)}
 tbody th{font-weight:500;min-width:11.5em}
+table.told th:first-child{width:14.5em}table.told .n{width:7.5em}table.told .u{width:7em}
 table.pairs th{width:17em}
 thead th.n{text-align:right;padding-right:6px}
 td.n{text-align:right;white-space:nowrap;padding-right:6px}
@@ -59,6 +60,7 @@ footer{margin-top:52px;padding-top:14px;border-top:1px solid var(--line)}
 .scroll{overflow-x:auto}
 @media(max-width:640px){main{padding:28px 16px}table.told thead{display:none}
 table.told tr{display:flex;flex-wrap:wrap;border-bottom:1px solid var(--line);padding:7px 0}
+table.told th:first-child,table.told .n,table.told .u{width:auto}
 table.told th,table.told td{border:0;padding:0 6px 0 0}table.told th{flex:1}table.told .why{flex:0 0 100%}}
 @media print{:root{color-scheme:light;--paper:#fff;--ink:#000;--soft:#444;--line:#bbb;--tint:#f5f5f5;--warn:#fff}
 body{font-size:11pt}main{padding:0;max-width:none}details{display:none}figure,tr,.cards{break-inside:avoid}
@@ -134,8 +136,11 @@ void HtmlPage::open_page(const std::string& title) {
 void HtmlPage::close_page() { out_ += "</main>\n</body>\n</html>\n"; }
 
 const HtmlPage::Json& HtmlPage::at(const std::string& key) const {
+  constexpr std::string_view percentiles = "abs_percentiles.";  // dots part names, but for those in a level behind it
+  const std::size_t found = key.find(percentiles);
+  const std::size_t end = found == std::string::npos ? key.size() : found + percentiles.size();
   std::string pointer = "/" + key;
-  std::replace(pointer.begin(), pointer.end(), '.', '/');
+  std::replace(pointer.begin(), pointer.begin() + static_cast<std::ptrdiff_t>(end) + 1, '.', '/');
   return json_.at(Json::json_pointer(pointer));
 }
 

@@ -87,8 +87,10 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   }
   s.value("mean d", signed_number(d.mean, plain), 1, "d = B - A, positive where B lies above A");
   s.value("rms of d", n(d.rms), 1, "std " + n(d.std) + ", nmad " + n(d.nmad));
-  const auto& p = d.abs_percentiles;
-  s.value("|d| at 95 %", n(p[2]), 1, "of the area; 50 %: " + n(p[0]) + ", 90 %: " + n(p[1]) + ", 99 %: " + n(p[3]));
+  std::string others;
+  for (const Percentile& p : all_percentiles(d))
+    if (p.level != 95) others += (others.empty() ? "" : ", ") + fmt::format("{}", p.level) + " %: " + n(p.value);
+  s.value("|d| at 95 %", n(d.abs_percentiles[2]), 1, "of the area; " + others);
   s.value("largest", signed_number(d.max_above, plain), 1, "above, " + signed_number(-d.max_below, plain) + " below");
   s.value("area compared", n(c.domain_area), 2,
           fixed_number(100 * c.coverage, 1, plain) + " % of the area of both scans");

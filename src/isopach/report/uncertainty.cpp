@@ -39,8 +39,10 @@ std::string level_sentence(const Comparison& c, const Quantity& quantity) {
   const Detected& d = *u.detected;
   return percent_text(std::round(1000 * d.area / c.domain_area) / 1000) +
          " of the area differs by more than the level of detection of " + quantity("uncertainty.lod", *u.lod, 1) +
-         (u.lod_is_given ? "" : " (at " + percent_text(c.options.uncertainty.confidence) + ")") + ": there " +
-         quantity("uncertainty.thresholded.above", d.above, 3) + " gained and " +
+         (u.lod_is_given ? ""
+                         : " (at " + percent_text(c.options.uncertainty.confidence) + "; without any change up to " +
+                               percent_text(1 - c.options.uncertainty.confidence) + " would)") +
+         ": there " + quantity("uncertainty.thresholded.above", d.above, 3) + " gained and " +
          quantity("uncertainty.thresholded.below", d.below, 3) + " lost; the net is never cut at that level";
 }
 

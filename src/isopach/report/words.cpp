@@ -152,6 +152,18 @@ std::string input_name(const InputSummary& input) {
   return clean_utf8(name.empty() ? input.role : name);
 }
 
+std::vector<Percentile> all_percentiles(const DifferenceStatistics& d) {
+  std::vector<Percentile> all;
+  for (std::size_t i = 0; i < percentile_levels.size(); ++i)
+    all.push_back({static_cast<double>(percentile_levels[i]), d.abs_percentiles[i]});
+  all.insert(all.end(), d.more_percentiles.begin(), d.more_percentiles.end());
+  std::stable_sort(all.begin(), all.end(), [](const Percentile& p, const Percentile& q) { return p.level < q.level; });
+  all.erase(
+      std::unique(all.begin(), all.end(), [](const Percentile& p, const Percentile& q) { return p.level == q.level; }),
+      all.end());
+  return all;
+}
+
 namespace {
 
 // In terms of ρ_dV.

@@ -50,6 +50,9 @@ enum class Typography { plain, fine };
 /// `text` with every byte that is not part of valid UTF-8, and every control character, replaced by U+FFFD.
 [[nodiscard]] std::string clean_utf8(std::string_view text);
 
+/// All percentiles of |d| in ascending order of their levels, each level once.
+[[nodiscard]] std::vector<Percentile> all_percentiles(const DifferenceStatistics& d);
+
 /// The result in one sentence. `quantity` writes one number with its unit, given its key in result.json (e.g.
 /// "volume.net"), the value to print and the power of the unit.
 using Quantity = std::function<std::string(const std::string& key, double value, int power)>;
