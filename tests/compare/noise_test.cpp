@@ -121,7 +121,7 @@ TEST(CorrelatedNoise, IsTheDoubleSumOverAllPairs) {
     }
 }
 
-// The full table is that of bench/uncertainty_bench.cpp, printed in docs/uncertainty.md.
+// The cases are listed in docs/uncertainty.md.
 class IntervalOfNet : public testing::Test {
  protected:
   // Nodes of A and B, the seed of their places.
