@@ -1,6 +1,5 @@
 // Pairs of scans of two planes with known errors, and how often what `compare` says of its uncertainty is true. Planes,
-// because no interpolation errs on them: what is left is the noise alone. For tests and for
-// bench/uncertainty_bench.cpp.
+// because no interpolation errs on them: what is left is the noise alone.
 #pragma once
 #include <array>
 #include <cmath>
