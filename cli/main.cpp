@@ -19,6 +19,7 @@ const std::vector<Verb>& verbs() {
       {"compare", "how much and where scan B differs from scan A", run_compare},
       {"match", "the pose of one scan on another that minimises the measure between them", run_match},
       {"distance", "distances in space: nearest point or surface, normal, Hausdorff, M3C2", run_distance},
+      {"roughness", "areal roughness and wrinkles, once form and waviness are removed", run_roughness},
       {"info", "what files hold: points, bounds, unit, CRS, attributes, layers", run_info},
       {"simulate", "two scans of a made scene whose true volumes are known", run_simulate},
       {"demo", "simulate, compare and report, with the truth beside the result", run_demo},

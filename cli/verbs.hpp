@@ -15,6 +15,7 @@ struct Verb {
 int run_compare(const Arguments& arguments);
 int run_match(const Arguments& arguments);
 int run_distance(const Arguments& arguments);
+int run_roughness(const Arguments& arguments);
 int run_info(const Arguments& arguments);
 int run_simulate(const Arguments& arguments);
 int run_demo(const Arguments& arguments);

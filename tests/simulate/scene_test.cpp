@@ -82,14 +82,14 @@ void expect_relative(double value, double truth, double tolerance, const std::st
 }
 
 TEST(Scene, NamesVariantsAndDefaults) {
-  EXPECT_EQ(scene_names(),
-            (std::vector<std::string>{"terrain", "face", "plane", "paraboloid", "cone", "relief", "worst-case"}));
+  EXPECT_EQ(scene_names(), (std::vector<std::string>{"terrain", "face", "plane", "paraboloid", "cone", "relief", "skin",
+                                                     "worst-case"}));
   EXPECT_EQ(scene_variants("plane"), (std::vector<std::string>{"lifted", "tilted"}));
   for (const std::string& name : scene_names()) {
     const Scene scene = make_scene(name, scene_defaults(name), Context{});
     EXPECT_EQ(scene.name, name);
     EXPECT_FALSE(scene.description.empty());
-    const std::string unit = name == "face" ? "mm" : "m";
+    const std::string unit = name == "face" || name == "skin" ? "mm" : "m";
     EXPECT_EQ(scene.truth.unit, unit);
     for (const Cloud* cloud : {&scene.a, &scene.b}) {
       EXPECT_EQ(cloud->unit, unit);
@@ -104,7 +104,9 @@ TEST(Scene, TruthIsTheIntegralOfItsSurfaces) {
   for (const std::string& name : scene_names())
     for (const std::string& variant : variants(name)) {
       const Scene scene = make_scene(name, options(200, 300, 0, variant), Context{});
-      const int pieces = name == "relief" ? 200 : 600;  // 40 sines a height; nothing of d is narrower than 60 m
+      const int pieces = name == "relief" ? 200
+                         : name == "skin" ? 1600
+                                          : 600;  // relief: 40 sines a height, d 60 m wide; skin: grooves
       const Volumes v =
           quadrature(scene_surface(name, variant, 1), scene_surface(name, variant, 2), scene.footprint, pieces);
       const std::string what = name + " " + variant;

@@ -27,6 +27,7 @@ struct SceneModel {
 [[nodiscard]] SceneModel paraboloid_scene();
 [[nodiscard]] SceneModel cone_scene();
 [[nodiscard]] SceneModel relief_scene();
+[[nodiscard]] SceneModel skin_scene();
 [[nodiscard]] SceneModel worst_case_scene();
 
 }  // namespace isopach

@@ -13,8 +13,8 @@ namespace isopach {
 namespace {
 
 std::vector<SceneModel> models() {
-  return {terrain_scene(), face_scene(),   plane_scene(),     paraboloid_scene(),
-          cone_scene(),    relief_scene(), worst_case_scene()};
+  return {terrain_scene(), face_scene(),   plane_scene(), paraboloid_scene(),
+          cone_scene(),    relief_scene(), skin_scene(),  worst_case_scene()};
 }
 
 SceneModel find_model(const std::string& name) {

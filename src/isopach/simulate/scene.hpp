@@ -10,6 +10,7 @@
 //   paraboloid   a difference h (1 − r²/R²) over a square: zero on a circle
 //   cone         a difference h (1 − r/R) over a square: zero on a circle, not smooth at the apex
 //   relief       smooth, rough, or rough and unchanged: what interpolation adds to a gross volume
+//   skin         form, waviness, relief and wrinkles (mm); two wrinkles become shallower; waves: a sine wave, halved
 //   worst-case   zigzag against two far columns: the walk along the spanning tree is quadratic here (constructed nodes;
 //   the
 //                seed acts on the noise alone)
