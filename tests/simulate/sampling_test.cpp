@@ -12,10 +12,10 @@
 namespace isopach {
 namespace {
 
-const Footprint irregular_footprint{{0, 12}, {31, 0}, {78, 5}, {100, 34}, {94, 71}, {58, 90}, {11, 66}};
+const Outline irregular_footprint{{0, 12}, {31, 0}, {78, 5}, {100, 34}, {94, 71}, {58, 90}, {11, 66}};
 
-Footprint oval() {
-  Footprint polygon;
+Outline oval() {
+  Outline polygon;
   for (int i = 0; i < 48; ++i) {
     const double angle = 2 * std::numbers::pi * i / 48;
     polygon.push_back({88 * std::cos(angle), 118 * std::sin(angle)});
@@ -23,7 +23,7 @@ Footprint oval() {
   return polygon;
 }
 
-std::vector<Footprint> footprints() {
+std::vector<Outline> footprints() {
   return {rectangle({0, 0}, {100, 100}), rectangle({412000, 5236000}, {413000, 5236500}), irregular_footprint, oval()};
 }
 
@@ -51,7 +51,7 @@ std::vector<double> counts(const Array<Point2>& nodes, const Point2& min, const 
   return cells;
 }
 
-TEST(Footprint, AreaAndContains) {
+TEST(Outline, AreaAndContains) {
   EXPECT_EQ(polygon_area(rectangle({-1, 2}, {3, 7})), 20);
   EXPECT_NEAR(polygon_area(oval()), 24 * 88 * 118 * std::sin(2 * std::numbers::pi / 48), 1e-9);
   for (const Point2& corner : irregular_footprint) EXPECT_TRUE(contains(irregular_footprint, corner));
@@ -61,7 +61,7 @@ TEST(Footprint, AreaAndContains) {
 }
 
 TEST(ScanNodes, AreAboutAsManyAsAskedForAndInside) {
-  for (const Footprint& footprint : footprints())
+  for (const Outline& footprint : footprints())
     for (const ScanPattern& pattern : patterns)
       for (const std::size_t count : {1000U, 50000U}) {
         const Array<Point2> nodes = scan_nodes(footprint, count, pattern, {1, 1});
@@ -119,14 +119,14 @@ TEST(IrregularNodes, AreUniform) {
 }
 
 TEST(IrregularNodes, FillAnyFootprintWithTheExactCount) {
-  for (const Footprint& footprint : footprints()) {
+  for (const Outline& footprint : footprints()) {
     const Array<Point2> nodes = irregular_nodes(footprint, 20000, {1, 1});
     EXPECT_EQ(nodes.size(), 20000U);
     EXPECT_TRUE(std::all_of(nodes.begin(), nodes.end(), [&](const Point2& p) { return contains(footprint, p); }));
     EXPECT_EQ(duplicates(nodes), 0U);
     // A fan of triangles from corner 0: each holds its share.
     for (std::size_t i = 2; i < footprint.size(); ++i) {
-      const Footprint triangle{footprint[0], footprint[i - 1], footprint[i]};
+      const Outline triangle{footprint[0], footprint[i - 1], footprint[i]};
       const double share = polygon_area(triangle) / polygon_area(footprint);
       const auto held = static_cast<double>(
           std::count_if(nodes.begin(), nodes.end(), [&](const Point2& p) { return contains(triangle, p); }));
@@ -136,7 +136,7 @@ TEST(IrregularNodes, FillAnyFootprintWithTheExactCount) {
 }
 
 TEST(BorderedNodes, HaveTheFootprintAsTheirHullExactly) {
-  for (const Footprint& footprint : {rectangle({-50, -50}, {50, 50}), irregular_footprint})
+  for (const Outline& footprint : {rectangle({-50, -50}, {50, 50}), irregular_footprint})
     for (const std::size_t count : {4U, 10U, 100U, 30000U}) {
       const Array<Point2> nodes = bordered_nodes(footprint, count, {3, 2});
       EXPECT_EQ(nodes.size(), std::max<std::size_t>(count, footprint.size()));
@@ -158,7 +158,7 @@ TEST(BorderedNodes, HaveTheFootprintAsTheirHullExactly) {
 }
 
 TEST(Nodes, DependOnSeedAndScanAloneNotOnThreads) {
-  const Footprint footprint = irregular_footprint;
+  const Outline footprint = irregular_footprint;
   const auto all = [&](const Draw& draw) {
     return std::vector<Array<Point2>>{scan_nodes(footprint, 30000, patterns[2], draw),
                                       irregular_nodes(footprint, 30000, draw), bordered_nodes(footprint, 30000, draw)};

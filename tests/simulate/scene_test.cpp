@@ -23,7 +23,7 @@ struct Volumes {
 };
 
 /// Where a line y = const meets a convex polygon.
-std::pair<double, double> chord(const Footprint& polygon, double y) {
+std::pair<double, double> chord(const Outline& polygon, double y) {
   double left = 1e300, right = -1e300;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2 p = polygon[i], q = polygon[(i + 1) % polygon.size()];
@@ -37,7 +37,7 @@ std::pair<double, double> chord(const Footprint& polygon, double y) {
 
 /// Gauss's rule with two nodes on each of `n` pieces per axis: row by row over the chords of the footprint, rows split
 /// at the corners. Independent of every closed form.
-Volumes quadrature(const Surface& f1, const Surface& f2, const Footprint& footprint, int n) {
+Volumes quadrature(const Surface& f1, const Surface& f2, const Outline& footprint, int n) {
   const double gauss[] = {0.5 - std::sqrt(1.0 / 12), 0.5 + std::sqrt(1.0 / 12)};
   std::vector<double> breaks;
   for (const Point2& p : footprint) breaks.push_back(p.y);
@@ -150,7 +150,7 @@ TEST(Scene, PartsOfTheTerrainAreTheirOwnIntegrals) {
 TEST(Scene, ChangesOfTerrainAndFaceLieWellInside) {
   for (const std::string name : {"terrain", "face"}) {
     const Surface f1 = scene_surface(name, "", 1), f2 = scene_surface(name, "", 2);
-    const Footprint footprint = make_scene(name, options(100, 100), Context{}).footprint;
+    const Outline footprint = make_scene(name, options(100, 100), Context{}).footprint;
     Point2 centre{0, 0};
     for (const Point2& p : footprint)
       centre = {centre.x + p.x / static_cast<double>(footprint.size()),
@@ -374,7 +374,7 @@ TEST(Bump, BendAndSkewKeepTheVolume) {
   Bump shaped = plain;
   shaped.bend = 0.004;
   shaped.skew = -0.8;
-  const Footprint box = rectangle({-120, -120}, {120, 120});
+  const Outline box = rectangle({-120, -120}, {120, 120});
   for (const Bump& bump : {plain, shaped}) {
     const Volumes v =
         quadrature([](double, double) { return 0.0; }, [&](double x, double y) { return bump.at(x, y); }, box, 300);

@@ -94,9 +94,9 @@ constexpr Bump swelling{{45, -31}, 6, 30, 26, {0.6, 0.8}, 0, 0};
 double height(int, int epoch, double x, double y) { return face(x, y) + (epoch == 1 ? 0 : swelling.at(x, y)); }
 
 /// An oval of 176 mm by 236 mm.
-Footprint footprint(int, const SceneOptions&) {
+Outline footprint(int, const SceneOptions&) {
   constexpr int corners = 48;
-  Footprint oval;
+  Outline oval;
   for (int i = 0; i < corners; ++i) {
     const double angle = 2 * std::numbers::pi * i / corners;
     oval.push_back({88 * std::cos(angle), 118 * std::sin(angle) - 2});
@@ -104,7 +104,7 @@ Footprint footprint(int, const SceneOptions&) {
   return oval;
 }
 
-Truth truth(int, const Footprint& footprint) {
+Truth truth(int, const Outline& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);
   truth.above = truth.net = swelling.volume();
@@ -113,7 +113,7 @@ Truth truth(int, const Footprint& footprint) {
 }
 
 /// First scanner: structured light, a fine raster. Second: hand-held, coarse and irregular.
-Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
+Array<Point2> nodes(int epoch, const Outline& footprint, std::size_t count, std::uint64_t seed) {
   const Draw draw{seed, static_cast<std::uint64_t>(epoch)};
   if (epoch == 2) return irregular_nodes(footprint, count, draw);
   return scan_nodes(footprint, count, {0.02, 1, 0, false, 1, 0.1}, draw);

@@ -16,9 +16,9 @@ struct SceneModel {
   std::size_t least_points = 4;
   double steps_per_unit = 0;  ///< coordinates are whole multiples of 1/steps_per_unit; 0: not rounded
   double (*height)(int variant, int epoch, double x, double y) = nullptr;
-  Footprint (*footprint)(int variant, const SceneOptions& options) = nullptr;
-  Truth (*truth)(int variant, const Footprint& footprint) = nullptr;
-  Array<Point2> (*nodes)(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) = nullptr;
+  Outline (*footprint)(int variant, const SceneOptions& options) = nullptr;
+  Truth (*truth)(int variant, const Outline& footprint) = nullptr;
+  Array<Point2> (*nodes)(int epoch, const Outline& footprint, std::size_t count, std::uint64_t seed) = nullptr;
 };
 
 [[nodiscard]] SceneModel terrain_scene();

@@ -89,7 +89,7 @@ double rough_below() {
   return below.value();
 }
 
-Truth truth(int variant, const Footprint& footprint) {
+Truth truth(int variant, const Outline& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);
   if (variant == smooth) {
@@ -106,9 +106,9 @@ Truth truth(int variant, const Footprint& footprint) {
   return truth;
 }
 
-Footprint footprint(int, const SceneOptions&) { return rectangle({0, 0}, {side, side}); }
+Outline footprint(int, const SceneOptions&) { return rectangle({0, 0}, {side, side}); }
 
-Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
+Array<Point2> nodes(int epoch, const Outline& footprint, std::size_t count, std::uint64_t seed) {
   return bordered_nodes(footprint, count, {seed, static_cast<std::uint64_t>(epoch)});
 }
 

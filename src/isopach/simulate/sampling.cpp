@@ -17,15 +17,15 @@ double turn(const Point2& a, const Point2& b, const Point2& c) {
   return (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
 }
 
-Box2 bounds(const Footprint& polygon) {
+Box2 bounds(const Outline& polygon) {
   Box2 box;
   for (const Point2& p : polygon) box.add(p);
   return box;
 }
 
 /// The part of a convex polygon where side·(y − level) >= 0.
-Footprint cut(const Footprint& polygon, double level, double side) {
-  Footprint kept;
+Outline cut(const Outline& polygon, double level, double side) {
+  Outline kept;
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Point2 p = polygon[i], q = polygon[(i + 1) % polygon.size()];
     const double dp = side * (p.y - level), dq = side * (q.y - level);
@@ -59,7 +59,7 @@ struct Flight {
   }
 };
 
-Flight plan_flight(const Footprint& turned, std::size_t count, const ScanPattern& pattern) {
+Flight plan_flight(const Outline& turned, std::size_t count, const ScanPattern& pattern) {
   Flight flight{};
   flight.box = bounds(turned);
   flight.strips = static_cast<std::size_t>(pattern.strips);
@@ -80,17 +80,17 @@ Flight plan_flight(const Footprint& turned, std::size_t count, const ScanPattern
 
 }  // namespace
 
-Footprint rectangle(const Point2& min, const Point2& max) { return {min, {max.x, min.y}, max, {min.x, max.y}}; }
+Outline rectangle(const Point2& min, const Point2& max) { return {min, {max.x, min.y}, max, {min.x, max.y}}; }
 
-bool contains(const Footprint& polygon, const Point2& p) {
+bool contains(const Outline& polygon, const Point2& p) {
   for (std::size_t i = 0; i < polygon.size(); ++i)
     if (turn(polygon[i], polygon[(i + 1) % polygon.size()], p) < 0) return false;
   return true;
 }
 
-Array<Point2> scan_nodes(const Footprint& footprint, std::size_t count, const ScanPattern& pattern, const Draw& draw) {
+Array<Point2> scan_nodes(const Outline& footprint, std::size_t count, const ScanPattern& pattern, const Draw& draw) {
   const Turn turned{std::cos(pattern.heading), std::sin(pattern.heading)};
-  Footprint polygon;
+  Outline polygon;
   for (const Point2& p : footprint) polygon.push_back(turned(p));
   const Flight flight = plan_flight(polygon, count, pattern);
   const RandomStream along = stream(draw, along_jitter), across = stream(draw, across_jitter);
@@ -109,7 +109,7 @@ Array<Point2> scan_nodes(const Footprint& footprint, std::size_t count, const Sc
       [](Array<Point2>& all, const Array<Point2>& part) { all.insert(all.end(), part.begin(), part.end()); });
 }
 
-Array<Point2> irregular_nodes(const Footprint& footprint, std::size_t count, const Draw& draw) {
+Array<Point2> irregular_nodes(const Outline& footprint, std::size_t count, const Draw& draw) {
   const Box2 box = bounds(footprint);
   const RandomStream rx = stream(draw, irregular_x), ry = stream(draw, irregular_y);
   Array<Point2> nodes(count);
@@ -123,7 +123,7 @@ Array<Point2> irregular_nodes(const Footprint& footprint, std::size_t count, con
   return nodes;
 }
 
-Array<Point2> border_nodes(const Footprint& footprint, double spacing, const Draw& draw) {
+Array<Point2> border_nodes(const Outline& footprint, double spacing, const Draw& draw) {
   const RandomStream random = stream(draw, border);
   Array<Point2> nodes(footprint.begin(), footprint.end());
   for (std::size_t i = 0; i < footprint.size(); ++i) {
@@ -139,7 +139,7 @@ Array<Point2> border_nodes(const Footprint& footprint, double spacing, const Dra
   return nodes;
 }
 
-Array<Point2> bordered_nodes(const Footprint& footprint, std::size_t count, const Draw& draw) {
+Array<Point2> bordered_nodes(const Outline& footprint, std::size_t count, const Draw& draw) {
   const double spacing = std::sqrt(polygon_area(footprint) / static_cast<double>(count));
   Array<Point2> nodes = border_nodes(footprint, spacing, draw);
   if (nodes.size() > count) nodes.resize(std::max(count, footprint.size()));

@@ -12,10 +12,10 @@
 namespace isopach {
 
 /// Convex, counter-clockwise, at least three corners.
-using Footprint = std::vector<Point2>;
+using Outline = std::vector<Point2>;
 
-[[nodiscard]] Footprint rectangle(const Point2& min, const Point2& max);
-[[nodiscard]] bool contains(const Footprint& polygon, const Point2& p);  ///< border included, up to rounding
+[[nodiscard]] Outline rectangle(const Point2& min, const Point2& max);
+[[nodiscard]] bool contains(const Outline& polygon, const Point2& p);  ///< border included, up to rounding
 
 /// Who draws: nodes of different scans of one scene must not share random numbers.
 struct Draw {
@@ -33,18 +33,18 @@ struct ScanPattern {
 };
 
 /// About `count` nodes. Lines run over the border of the footprint and are cut there: no node is put on it.
-[[nodiscard]] Array<Point2> scan_nodes(const Footprint& footprint, std::size_t count, const ScanPattern& pattern,
+[[nodiscard]] Array<Point2> scan_nodes(const Outline& footprint, std::size_t count, const ScanPattern& pattern,
                                        const Draw& draw);
 
 /// Exactly `count` nodes, independent and uniform: a Poisson-like, irregular scan.
-[[nodiscard]] Array<Point2> irregular_nodes(const Footprint& footprint, std::size_t count, const Draw& draw);
+[[nodiscard]] Array<Point2> irregular_nodes(const Outline& footprint, std::size_t count, const Draw& draw);
 
 /// The corners, and nodes about `spacing` apart on the sides. Where the corners are whole numbers below 2^20 they lie
 /// on the sides exactly.
-[[nodiscard]] Array<Point2> border_nodes(const Footprint& footprint, double spacing, const Draw& draw);
+[[nodiscard]] Array<Point2> border_nodes(const Outline& footprint, double spacing, const Draw& draw);
 
 /// max(count, corners) nodes whose convex hull is the footprint: its corners, nodes on its sides as dense as inside,
 /// and irregular ones. Where the corners are whole numbers below 2^20, those on the sides lie on them exactly.
-[[nodiscard]] Array<Point2> bordered_nodes(const Footprint& footprint, std::size_t count, const Draw& draw);
+[[nodiscard]] Array<Point2> bordered_nodes(const Outline& footprint, std::size_t count, const Draw& draw);
 
 }  // namespace isopach

@@ -46,7 +46,7 @@ struct Scene {
   std::string name, description;
   Cloud a, b;
   Truth truth;
-  Footprint footprint;  ///< convex, counter-clockwise
+  Outline footprint;  ///< convex, counter-clockwise
 };
 
 /// Names of the scenes, in the order of the documentation.

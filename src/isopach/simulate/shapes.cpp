@@ -8,7 +8,7 @@
 namespace isopach {
 namespace {
 
-Array<Point2> bordered(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
+Array<Point2> bordered(int epoch, const Outline& footprint, std::size_t count, std::uint64_t seed) {
   return bordered_nodes(footprint, count, {seed, static_cast<std::uint64_t>(epoch)});
 }
 
@@ -36,14 +36,14 @@ double plane_height(int variant, int epoch, double x, double y) {
   return f1 + (variant == lifted ? lift : slope * (x - zero - slant * (y - depth / 2)));
 }
 
-Footprint plane_footprint(int variant, const SceneOptions&) {
+Outline plane_footprint(int variant, const SceneOptions&) {
   if (variant == tilted) return rectangle({0, 0}, {width, depth});
   return {{0, 12}, {31, 0}, {78, 5}, {100, 34}, {94, 71}, {58, 90}, {11, 66}};
 }
 
 /// Tilted: d is zero on a line that crosses the sides y = 0 and y = depth; each part is the integral over y of a
 /// triangle.
-Truth plane_truth(int variant, const Footprint& footprint) {
+Truth plane_truth(int variant, const Outline& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);
   if (variant == lifted) {
@@ -73,9 +73,9 @@ double cone_height(int, int epoch, double x, double y) {
   return base_height(x, y) + (epoch == 1 ? 0 : apex * (1 - std::sqrt(x * x + y * y) / zero_radius));
 }
 
-Footprint square(int, const SceneOptions&) { return rectangle({-half, -half}, {half, half}); }
+Outline square(int, const SceneOptions&) { return rectangle({-half, -half}, {half, half}); }
 
-Truth round_truth(const Footprint& footprint, double above, double net) {
+Truth round_truth(const Outline& footprint, double above, double net) {
   Truth truth;
   truth.area = polygon_area(footprint);
   truth.above = above;
@@ -84,13 +84,13 @@ Truth round_truth(const Footprint& footprint, double above, double net) {
   return truth;
 }
 
-Truth paraboloid_truth(int, const Footprint& footprint) {
+Truth paraboloid_truth(int, const Outline& footprint) {
   const double square_r2 = 8 * half * half * half * half / 3;  // ∬ r² over the square
   return round_truth(footprint, std::numbers::pi * apex * zero_radius * zero_radius / 2,
                      apex * (4 * half * half - square_r2 / (zero_radius * zero_radius)));
 }
 
-Truth cone_truth(int, const Footprint& footprint) {
+Truth cone_truth(int, const Outline& footprint) {
   const double square_r = 4 * half * half * half / 3 * (std::numbers::sqrt2 + std::asinh(1.0));  // ∬ r over the square
   return round_truth(footprint, std::numbers::pi * apex * zero_radius * zero_radius / 3,
                      apex * (4 * half * half - square_r / zero_radius));

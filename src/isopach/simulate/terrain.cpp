@@ -70,9 +70,9 @@ double height(int, int epoch, double x, double y) {
   return z;
 }
 
-Footprint footprint(int, const SceneOptions&) { return rectangle(origin, {origin.x + side, origin.y + side}); }
+Outline footprint(int, const SceneOptions&) { return rectangle(origin, {origin.x + side, origin.y + side}); }
 
-Truth truth(int, const Footprint& footprint) {
+Truth truth(int, const Outline& footprint) {
   const Changes changes;
   Truth truth;
   truth.area = polygon_area(footprint);
@@ -90,7 +90,7 @@ Truth truth(int, const Footprint& footprint) {
 /// First flight: an oscillating mirror, eastwards. Second: a turning mirror, northwards. The survey is cut along its
 /// border, so its hull is the rectangle: without these nodes slivers along the hull would add volume that the truth
 /// does not have.
-Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
+Array<Point2> nodes(int epoch, const Outline& footprint, std::size_t count, std::uint64_t seed) {
   const ScanPattern first{0.14, 2, 0.2, true, 1.4, 0.15}, second{1.69, 2, 0.2, false, 1.2, 0.2};
   const Draw draw{seed, static_cast<std::uint64_t>(epoch)};
   const double spacing = std::sqrt(polygon_area(footprint) / static_cast<double>(count));

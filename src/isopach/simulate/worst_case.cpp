@@ -44,7 +44,7 @@ Array<Point2> columns(double far, std::size_t count) {
 double height(int, int epoch, double, double) { return epoch == 1 ? 0 : lift; }
 
 /// The overlap of the hulls: the hull of the zigzag, a trapezium or parallelogram.
-Footprint hull_of_zigzag(int, const SceneOptions& options) {
+Outline hull_of_zigzag(int, const SceneOptions& options) {
   const std::size_t n = options.points_a;
   const std::size_t below = n % 2 == 0 ? n - 2 : n - 1, above = n % 2 == 0 ? n - 1 : n - 2;  // the last ones
   return {{zigzag_x(0, n), -amplitude},
@@ -53,14 +53,14 @@ Footprint hull_of_zigzag(int, const SceneOptions& options) {
           {zigzag_x(1, n), amplitude}};
 }
 
-Truth truth(int, const Footprint& footprint) {
+Truth truth(int, const Outline& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);
   truth.above = truth.net = truth.area * lift;
   return truth;
 }
 
-Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t) {
+Array<Point2> nodes(int epoch, const Outline& footprint, std::size_t count, std::uint64_t) {
   return epoch == 1 ? zigzag(count) : columns(10 - footprint[0].x, count);
 }
 
