@@ -5,7 +5,8 @@
 #include <limits>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
+#include "isopach/base/prefetch.hpp"
+#include "isopach/geom/predicates.hpp"
 #include "isopach/overlay/localise.hpp"
 
 namespace isopach {
@@ -28,95 +29,143 @@ Valued value(const Loss& loss, double n) {
     if (a <= k) return {0.5 * n * n, 1};
     return {k * (a - 0.5 * k), k / a};
   }
-  const double c = tukey_bound * loss.scale, u = n / c, v = 1 - u * u;
-  if (v <= 0) return {c * c / 6, 0};
-  return {c * c / 6 * (1 - v * v * v), v * v};
+  const double c = tukey_bound * loss.scale, most = c * c / 6, u2 = n * n / (c * c), v = 1 - u2;
+  if (v <= 0) return {most, 0};
+  return {most * (1 - v * v * v), v * v};
 }
 
-/// The plane of one facet: height at the corner, slope.
-struct Facet {
-  double z = 0, gx = 0, gy = 0;
-  double noise_xx = 0, noise_xy = 0, noise_yy = 0;  // Σ over corners of ∇λ ∇λᵀ
-};
-
-// False for facets too thin to have a slope.
-bool facet_at(const MatchSurface& s, Index triangle, const Point2& q, Facet& f) {
-  const auto& v = s.t.triangles[triangle].v;
-  const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
-  const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
-  const double twice = bx * cy - by * cx;
-  if (!(twice > 1e-9 * (bx * bx + by * by + cx * cx + cy * cy))) return false;
-  const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
-  f.gx = (zb * cy - zc * by) / twice;
-  f.gy = (zc * bx - zb * cx) / twice;
-  f.z = s.z[v[0]] + f.gx * (q.x - a.x) + f.gy * (q.y - a.y);
-  return true;
-}
-
-void slope_noise(const MatchSurface& s, Index triangle, Facet& f) {
-  const auto& v = s.t.triangles[triangle].v;
-  const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
-  const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
-  const double twice = bx * cy - by * cx;
-  const double lx[3] = {(by - cy) / twice, cy / twice, -by / twice};
-  const double ly[3] = {(cx - bx) / twice, -cx / twice, bx / twice};
-  f.noise_xx = f.noise_xy = f.noise_yy = 0;
-  for (int k = 0; k < 3; ++k) f.noise_xx += lx[k] * lx[k], f.noise_xy += lx[k] * ly[k], f.noise_yy += ly[k] * ly[k];
-}
-
-/// One node over a facet: residual, and its derivative by the scaled parameters.
-struct Row {
-  double n = 0, vertical = 0, cosine = 1;
-  Vector7 j{};
-  Point3 arm{0, 0, 0};
-};
-
-// The surfaces as seen from one side: nodes are taken into the target's coordinates.
+/// Nodes of one side as the other surface sees them, and back; the derivatives of residuals there.
 struct View {
-  const ResidualSide& side;
-  const Motion& motion;
-  const Point3& centre;
-  double inverse_length;
-
-  [[nodiscard]] Point3 node(std::size_t i) const {
-    return {side.nodes->xy[i].x, side.nodes->xy[i].y, side.nodes->z[i]};
-  }
-  [[nodiscard]] Row row(const Point3& own, const Point3& there, const Facet& f) const {
-    Row r;
-    const double inverse = 1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy);
-    r.cosine = inverse;
-    r.vertical = there.z - f.z;
-    Point3 normal{-f.gx * inverse, -f.gy * inverse, inverse}, place = there;
-    double sign = 1, size = 1;
-    if (!side.moving_nodes) {  // the surface moves under the node
-      normal = motion.turn(normal);
-      place = own;
-      sign = -1;
-      size = motion.scale;
+  View(const ResidualSide& side, const Motion& motion, const Point3& middle, double length)
+      : centre(middle), inverse_length(1 / length), turn(motion.rotation) {
+    const auto& r = motion.rotation;
+    const double s = motion.scale, w = 1 / motion.scale;
+    const Point3& t = motion.shift;
+    if (side.moving_nodes) {
+      m = {s * r[0], s * r[1], s * r[2], t.x, s * r[3], s * r[4], s * r[5], t.y, s * r[6], s * r[7], s * r[8], t.z};
+    } else {
+      const Point3 back = motion.undo({0, 0, 0});
+      m = {w * r[0], w * r[3], w * r[6], back.x,   w * r[1], w * r[4],
+           w * r[7], back.y,   w * r[2], w * r[5], w * r[8], back.z};
+      size = s;
     }
-    r.n = r.vertical * inverse * size;
-    r.vertical *= size;
-    const Point3 arm{(place.x - centre.x) * inverse_length, (place.y - centre.y) * inverse_length,
-                     (place.z - centre.z) * inverse_length};
-    r.arm = arm;
-    r.j[0] = sign * (arm.y * normal.z - arm.z * normal.y);
-    r.j[1] = sign * (arm.z * normal.x - arm.x * normal.z);
-    r.j[2] = sign * (arm.x * normal.y - arm.y * normal.x);
-    r.j[3] = sign * normal.x;
-    r.j[4] = sign * normal.y;
-    r.j[5] = sign * normal.z;
-    r.j[6] = sign * (arm.x * normal.x + arm.y * normal.y + arm.z * normal.z);
-    if (!side.moving_nodes) r.j[6] += r.n * inverse_length;  // what grows is the surface under the node
-    return r;
+  }
+  [[nodiscard]] Point3 there(const Point3& p) const {
+    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
+            m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
+  }
+  [[nodiscard]] Point3 arm(const Point3& place) const {
+    return {(place.x - centre.x) * inverse_length, (place.y - centre.y) * inverse_length,
+            (place.z - centre.z) * inverse_length};
+  }
+  /// By the scaled parameters, of the residual n of a node at `own`, `there` in the other surface's coordinates, over a
+  /// facet with this normal.
+  template <bool moving_nodes>
+  [[nodiscard]] Vector7 derivative(const Point3& own, const Point3& there, const Point3& normal, double n) const {
+    if constexpr (moving_nodes) {
+      const Point3 a = arm(there);
+      return along(a, normal, 1);
+    } else {  // the surface moves under the node; what grows is the surface
+      const auto& r = turn;
+      const Point3 turned{r[0] * normal.x + r[1] * normal.y + r[2] * normal.z,
+                          r[3] * normal.x + r[4] * normal.y + r[5] * normal.z,
+                          r[6] * normal.x + r[7] * normal.y + r[8] * normal.z};
+      Vector7 j = along(arm(own), turned, -1);
+      j[6] += n * inverse_length;
+      return j;
+    }
+  }
+
+  Point3 centre;
+  double inverse_length, size = 1;  // size: of lengths in the fixed scan over those in the surface's own
+  std::array<double, 9> turn;
+  std::array<double, 12> m;
+
+ private:
+  static Vector7 along(const Point3& arm, const Point3& normal, double sign) {
+    return {sign * (arm.y * normal.z - arm.z * normal.y),
+            sign * (arm.z * normal.x - arm.x * normal.z),
+            sign * (arm.x * normal.y - arm.y * normal.x),
+            sign * normal.x,
+            sign * normal.y,
+            sign * normal.z,
+            sign * (arm.x * normal.x + arm.y * normal.y + arm.z * normal.z)};
   }
 };
 
-/// Where the node is: the triangle, or nothing if the target has no surface there.
+/// Where the node is: the triangle from which it was not seen to be outside goes first, without a call.
 bool locate_again(const MatchSurface& target, const Point2& q, Index& hint, std::uint64_t& visited) {
+  if (!target.t.is_ghost(hint)) {
+    const auto& v = target.t.triangles[hint].v;
+    const Point2 &a = target.xy[v[0]], &b = target.xy[v[1]], &c = target.xy[v[2]];
+    if (orientation_filtered(a, b, q) == 1 && orientation_filtered(b, c, q) == 1 &&
+        orientation_filtered(c, a, q) == 1) {
+      ++visited;
+      return target.facets[hint].cosine > 0;
+    }
+  }
   const Location found = locate(q, target.t, target.xy, hint, visited);
   return found.kind != Location::Kind::outside && found.kind != Location::Kind::none && !target.t.is_ghost(hint) &&
-         target.footprint.keeps(hint);
+         target.facets[hint].cosine > 0;
 }
+
+// Triangles lie in memory nearly as the nodes that are looked up in them: nearly.
+constexpr std::size_t ahead = 12;
+void prefetch_facet(const MatchSurface& target, Index triangle) {
+  if (triangle >= target.t.real) return;
+  prefetch(&target.t.triangles[triangle]);
+  prefetch(&target.facets[triangle]);
+}
+
+/// Vertical distance of a point above a facet.
+double above(const MatchSurface& s, Index triangle, const Point3& p) {
+  const Facet& f = s.facets[triangle];
+  const Index corner = s.t.triangles[triangle].v[0];
+  return p.z - (s.z[corner] + f.gx * (p.x - s.xy[corner].x) + f.gy * (p.y - s.xy[corner].y));
+}
+
+Point3 normal_of(double gx, double gy, double cosine) { return {-gx * cosine, -gy * cosine, cosine}; }
+
+/// The rows of one patch: derivatives and, as the last column, residuals. Their sums of products are made column by
+/// column, two rows at a time, so that the compiler can keep them in vector registers.
+class Rows {
+ public:
+  void add(const Vector7& j, double n, double weight) {
+    for (std::size_t k = 0; k < parameters; ++k) column_[k][count_] = j[k];
+    column_[parameters][count_] = n;
+    weight_[count_++] = weight;
+  }
+  /// Adds them to `sums` and forgets them.
+  void flush(ResidualSums& sums) {
+    if (count_ == 0) return;
+    if (count_ % 2 != 0) add({}, 0, 0);
+    double* out = sums.h.m.data();
+    flush_row<0>(out, sums), flush_row<1>(out, sums), flush_row<2>(out, sums), flush_row<3>(out, sums);
+    flush_row<4>(out, sums), flush_row<5>(out, sums), flush_row<6>(out, sums);
+    count_ = 0;
+  }
+
+ private:
+  static constexpr std::size_t most = Residuals::largest_patch;
+  static_assert(most % 2 == 0);
+
+  template <std::size_t row>
+  void flush_row(double*& out, ResidualSums& sums) const {
+    constexpr std::size_t columns = parameters + 1 - row;
+    double sum[columns][2] = {};
+    for (std::size_t i = 0; i < count_; i += 2) {
+      const double x[2] = {weight_[i] * column_[row][i], weight_[i + 1] * column_[row][i + 1]};
+      for (std::size_t c = 0; c < columns; ++c)
+        for (std::size_t l = 0; l < 2; ++l) sum[c][l] += x[l] * column_[row + c][i + l];
+    }
+    for (std::size_t c = 0; c + 1 < columns; ++c) *out++ += sum[c][0] + sum[c][1];
+    sums.b[row] -= sum[columns - 1][0] + sum[columns - 1][1];
+  }
+
+  alignas(16) double column_[parameters + 1][most];
+  alignas(16) double weight_[most];
+  std::size_t count_ = 0;
+};
 
 void add_to(ResidualSums& total, const ResidualSums& part) {
   total.h.add(part.h);
@@ -131,43 +180,105 @@ void add_to(ResidualSums& total, const ResidualSums& part) {
   total.visited += part.visited;
 }
 
+template <bool moving_nodes>
+ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
+                            std::size_t begin, std::size_t end) {
+  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  ResidualSums sums;
+  Rows rows;
+  Index last = 0;
+  for (std::size_t first = begin; first < end; first += patch) {
+    const double trust = side.trust[first / patch];
+    for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
+      side.n[i] = std::numeric_limits<double>::quiet_NaN();
+      const double area = nodes.weight[i];
+      if (!(area > 0)) continue;
+      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
+      Index& at = side.hint[i];
+      if (at == no_index) at = last;
+      if (i + ahead < end) prefetch_facet(target, side.hint[i + ahead]);
+      const bool over = locate_again(target, {there.x, there.y}, at, sums.visited);
+      last = at;
+      if (!over) continue;
+      const Facet& facet = target.facets[at];
+      const double vertical = above(target, at, there) * view.size, n = vertical * facet.cosine;
+      side.n[i] = n;
+      const Valued v = value(loss, n);
+      const double trusted = area * trust, weight = trusted * v.weight;
+      sums.area += area;
+      sums.trusted += trusted;
+      sums.loss += trusted * v.loss;
+      if (weight == 0) continue;
+      sums.within += trusted;
+      sums.fitted += weight;
+      sums.volume += trusted * std::fabs(vertical);
+      sums.squares += weight * vertical * vertical;
+      const Point3 normal = normal_of(facet.smooth_gx, facet.smooth_gy, facet.cosine);
+      rows.add(view.derivative<moving_nodes>(own, there, normal, n), n, weight);
+    }
+    rows.flush(sums);
+  }
+  return sums;
+}
+
 ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Loss& loss, const Point3& centre,
                            double length, std::size_t patch) {
-  const View view{side, motion, centre, 1 / length};
+  const View view(side, motion, centre, length);
   return reduce_blocks<ResidualSums>(
       side.nodes->xy.size(), block,
       [&](std::size_t begin, std::size_t end) {
-        ResidualSums sums;
-        Index last = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-          side.n[i] = std::numeric_limits<double>::quiet_NaN();
-          const double area = side.nodes->weight[i];
-          if (!(area > 0)) continue;
-          const Point3 own = view.node(i), there = side.moving_nodes ? motion.apply(own) : motion.undo(own);
-          const Point2 q{there.x, there.y};
-          if (side.hint[i] == no_index) side.hint[i] = last;
-          const bool over = locate_again(*side.target, q, side.hint[i], sums.visited);
-          last = side.hint[i];
-          Facet facet;
-          if (!over || !facet_at(*side.target, last, q, facet)) continue;
-          const Row row = view.row(own, there, facet);
-          side.n[i] = row.n;
-          const Valued v = value(loss, row.n);
-          const double trusted = area * side.trust[i / patch], weight = trusted * v.weight;
-          sums.area += area;
-          sums.trusted += trusted;
-          sums.loss += trusted * v.loss;
-          if (weight == 0) continue;
-          sums.within += trusted;
-          sums.fitted += weight;
-          sums.volume += trusted * std::fabs(row.vertical);
-          sums.squares += weight * row.vertical * row.vertical;
-          sums.h.add(row.j, weight);
-          for (std::size_t k = 0; k < parameters; ++k) sums.b[k] -= weight * row.n * row.j[k];
-        }
-        return sums;
+        return side.moving_nodes ? evaluate_block<true>(side, view, loss, patch, begin, end)
+                                 : evaluate_block<false>(side, view, loss, patch, begin, end);
       },
       add_to);
+}
+
+// What noise of the heights adds to the information through the slope of a facet: n depends on the slope g through J =
+// d(−g, 1)·motion, so that only its x and y parts carry noise.
+void add_slope_noise(const MatchSurface& s, Index triangle, const Point3& arm, double weight, Symmetric7& noise) {
+  const auto& v = s.t.triangles[triangle].v;
+  const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
+  const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
+  const double twice = bx * cy - by * cx;
+  const double lx[3] = {(by - cy) / twice, cy / twice, -by / twice};
+  const double ly[3] = {(cx - bx) / twice, -cx / twice, bx / twice};
+  double xx = 0, xy = 0, yy = 0;  // Σ over corners of ∇λ ∇λᵀ
+  for (int k = 0; k < 3; ++k) xx += lx[k] * lx[k], xy += lx[k] * ly[k], yy += ly[k] * ly[k];
+  const Vector7 along_x{0, -arm.z, arm.y, 1, 0, 0, arm.x}, along_y{arm.z, 0, -arm.x, 0, 1, 0, arm.y};
+  Vector7 both_ways;
+  for (std::size_t k = 0; k < parameters; ++k) both_ways[k] = along_x[k] + along_y[k];
+  noise.add(along_x, weight * (xx - xy));
+  noise.add(along_y, weight * (yy - xy));
+  noise.add(both_ways, weight * xy);
+}
+
+template <bool moving_nodes>
+Information information_of(const ResidualSide& side, const View& view, const Loss& loss, double noise,
+                           std::size_t patch, std::size_t begin, std::size_t end) {
+  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  Information sum;
+  for (std::size_t first = begin; first < end; first += patch) {
+    Vector7 score{};
+    for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
+      const double weight = nodes.weight[i] * side.trust[first / patch] * value(loss, side.n[i]).weight;
+      if (std::isnan(side.n[i]) || !(weight > 0)) continue;
+      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
+      const Facet& f = target.facets[side.hint[i]];
+      if (noise > 0) {  // the facets as they are, so that what their noise adds is known
+        const double cosine = 1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy);
+        sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(f.gx, f.gy, cosine), side.n[i]), weight);
+        add_slope_noise(target, side.hint[i], view.arm(moving_nodes ? there : own),
+                        weight * noise * noise * cosine * cosine, sum.noise);
+        continue;
+      }
+      const Vector7 j =
+          view.derivative<moving_nodes>(own, there, normal_of(f.smooth_gx, f.smooth_gy, f.cosine), side.n[i]);
+      sum.h.add(j, weight);
+      for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
+    }
+    sum.score.add(score, 1);
+  }
+  return sum;
 }
 
 }  // namespace
@@ -275,50 +386,21 @@ void Residuals::trust_share(double share) {
   }
 }
 
-Information Residuals::information(const Motion& motion, const Loss& loss, double noise, const Context& context) {
+Information Residuals::information(const Motion& motion, const Loss& loss, double noise, const Context& context) const {
   context.check();
   Information total;
-  for (ResidualSide& side : sides_) {
-    const View view{side, motion, centre_, 1 / length_};
-    const auto add = [](Information& sum, const Information& part) {
-      sum.h.add(part.h);
-      sum.score.add(part.score);
-      sum.noise.add(part.noise);
-    };
+  const auto add = [](Information& sum, const Information& part) {
+    sum.h.add(part.h);
+    sum.score.add(part.score);
+    sum.noise.add(part.noise);
+  };
+  for (const ResidualSide& side : sides_) {
+    const View view(side, motion, centre_, length_);
     add(total, reduce_blocks<Information>(
                    side.nodes->xy.size(), block,
                    [&](std::size_t begin, std::size_t end) {
-                     Information part;
-                     std::uint64_t visited = 0;
-                     Vector7 score{};
-                     for (std::size_t i = begin; i < end; ++i) {
-                       if (i % patch_ == 0) part.score.add(score, 1), score.fill(0);
-                       const double trusted = side.nodes->weight[i] * side.trust[i / patch_];
-                       if (!(trusted > 0) || std::isnan(side.n[i])) continue;
-                       const Point3 own = view.node(i),
-                                    there = side.moving_nodes ? motion.apply(own) : motion.undo(own);
-                       const Point2 q{there.x, there.y};
-                       Facet facet;
-                       if (!locate_again(*side.target, q, side.hint[i], visited) ||
-                           !facet_at(*side.target, side.hint[i], q, facet))
-                         continue;
-                       const Row row = view.row(own, there, facet);
-                       const double weight = trusted * value(loss, row.n).weight;
-                       part.h.add(row.j, weight);
-                       for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * row.j[k] * row.n;
-                       slope_noise(*side.target, side.hint[i], facet);
-                       // n depends on the slope g through J = d(−g, 1)·motion: only its x and y parts carry noise.
-                       const Vector7 along_x{0, -row.arm.z, row.arm.y, 1, 0, 0, row.arm.x};
-                       const Vector7 along_y{row.arm.z, 0, -row.arm.x, 0, 1, 0, row.arm.y};
-                       Vector7 both_ways;
-                       for (std::size_t k = 0; k < parameters; ++k) both_ways[k] = along_x[k] + along_y[k];
-                       const double s = weight * noise * noise * row.cosine * row.cosine;
-                       part.noise.add(along_x, s * (facet.noise_xx - facet.noise_xy));
-                       part.noise.add(along_y, s * (facet.noise_yy - facet.noise_xy));
-                       part.noise.add(both_ways, s * facet.noise_xy);
-                     }
-                     part.score.add(score, 1);
-                     return part;
+                     return side.moving_nodes ? information_of<true>(side, view, loss, noise, patch_, begin, end)
+                                              : information_of<false>(side, view, loss, noise, patch_, begin, end);
                    },
                    add));
   }

@@ -94,7 +94,10 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise, const Context& context);
+  /// At the motion of the last evaluation. `noise` 0: h and score, by smoothed slopes. Else h by the facets' own slopes
+  /// and what heights with this standard deviation add to it.
+  [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise,
+                                        const Context& context) const;
 
   /// A twist of the scaled parameters: all lengths.
   [[nodiscard]] Twist twist(const Vector7& step) const;

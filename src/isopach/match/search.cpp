@@ -5,7 +5,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
+#include <limits>
 
 #include "isopach/base/parallel.hpp"
 
@@ -61,12 +61,13 @@ double guarded_loss(const ResidualSums& s, const ResidualSums& before) {
   return (s.loss + lost * mean_loss(before)) / (s.trusted + lost);
 }
 
-class Search {
+/// Damped Gauss-Newton steps on one pair of surfaces.
+class Solver {
  public:
-  Search(Residuals& residuals, const Basis& basis, const Context& context)
+  Solver(Residuals& residuals, const Basis& basis, const Context& context)
       : r_(residuals), basis_(basis), context_(context) {}
 
-  Loss loss;
+  Loss loss{Loss::Kind::huber, std::numeric_limits<double>::max()};
   State at;
   int evaluations = 0, accepted = 0;
   std::vector<MatchStep>* history = nullptr;
@@ -75,10 +76,16 @@ class Search {
   void start(const Motion& motion) {
     at = {motion, r_.evaluate(motion, loss, context_)};
     ++evaluations;
+    is_fresh_ = true;
   }
 
-  /// Damped Gauss-Newton steps with fixed weights of patches and scale, at most `most`. The length of the last
-  /// accepted step; 0 where none lowers the loss.
+  /// The residuals of `at`, whatever was tried last.
+  void refresh() {
+    if (!is_fresh_) start(at.motion);
+  }
+
+  /// With fixed weights of patches and scale, at most `most` steps. The length of the last accepted step; 0 where none
+  /// lowers the loss.
   double descend(int most, double tolerance) {
     double damping = 0, last = 0;
     stuck.clear();
@@ -88,17 +95,8 @@ class Search {
         const Vector step = newton_step(damping);
         const double length = step.norm();
         if (!(length > 0) || !std::isfinite(length)) return last;
-        Vector7 s;
-        Eigen::Map<Vector>(s.data()) = step;
-        State next{moved(at.motion, r_.twist(s), r_.centre()), {}};
-        next.sums = r_.evaluate(next.motion, loss, context_);
-        ++evaluations;
-        const bool overlaps = next.sums.area >= least_overlap_kept * at.sums.area;
-        if (overlaps && guarded_loss(next.sums, at.sums) <= mean_loss(at.sums)) {
-          at = std::move(next);
+        if (try_step(step)) {
           last = length;
-          ++accepted;
-          note();
           damping = damping > 1e-3 ? damping / 10 : 0;
           done = length < tolerance;
           break;
@@ -123,6 +121,24 @@ class Search {
   }
 
  private:
+  bool try_step(const Vector& step) {
+    Vector7 s;
+    Eigen::Map<Vector>(s.data()) = step;
+    State next{moved(at.motion, r_.twist(s), r_.centre()), {}};
+    next.sums = r_.evaluate(next.motion, loss, context_);
+    ++evaluations;
+    const bool overlaps = next.sums.area >= least_overlap_kept * at.sums.area;
+    is_fresh_ = overlaps && guarded_loss(next.sums, at.sums) <= mean_loss(at.sums);
+    if (getenv("TRACE"))
+      fmt::print("step {:.3e} loss {:.6e} -> {:.6e} {}\n", step.norm(), mean_loss(at.sums),
+                 guarded_loss(next.sums, at.sums), is_fresh_);
+    if (!is_fresh_) return false;
+    at = std::move(next);
+    ++accepted;
+    note();
+    return true;
+  }
+
   [[nodiscard]] Vector newton_step(double damping) const {
     if (basis_.cols() == 0) return Vector::Zero();
     Eigen::MatrixXd h = basis_.transpose() * matrix(at.sums.h) * basis_;
@@ -134,12 +150,7 @@ class Search {
   Residuals& r_;
   const Basis& basis_;
   const Context& context_;
-};
-
-/// One pair of surfaces of the same thinness.
-struct Level {
-  const MatchSurface *moving, *fixed;
-  bool finest;
+  bool is_fresh_ = false;
 };
 
 double extent_of(const MatchSurface& s) {
@@ -203,142 +214,189 @@ std::string words(const Weak& w, const std::array<std::string, 3>& axes) {
   return text;
 }
 
+/// Both surfaces, and copies of them that are ever thinner.
+class Levels {
+ public:
+  Levels(const MatchSurface& moving, const MatchSurface& fixed, bool trim, const Context& context)
+      : moving_(moving), fixed_(fixed) {
+    std::vector<std::size_t> runs;
+    const std::size_t most = std::max(moving.xy.size(), fixed.xy.size());
+    for (std::size_t run = level_factor; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
+    copies_.resize(runs.size());
+    const auto copy = [&](const MatchSurface& s, std::size_t run) {
+      return thinned(s.xy, s.z, std::min(run, std::max<std::size_t>(1, s.xy.size() / 64)), trim, context);
+    };
+    for (std::size_t k = 0; k < runs.size(); ++k)
+      both([&] { copies_[k][0] = copy(moving, runs[k]); }, [&] { copies_[k][1] = copy(fixed, runs[k]); });
+  }
+  /// From 0, the thinnest, to the scans themselves.
+  [[nodiscard]] std::size_t count() const { return copies_.size() + 1; }
+  [[nodiscard]] bool is_finest(std::size_t level) const { return level == copies_.size(); }
+  [[nodiscard]] const MatchSurface& moving(std::size_t level) const {
+    return is_finest(level) ? moving_ : copies_[copies_.size() - 1 - level][0];
+  }
+  [[nodiscard]] const MatchSurface& fixed(std::size_t level) const {
+    return is_finest(level) ? fixed_ : copies_[copies_.size() - 1 - level][1];
+  }
+
+ private:
+  const MatchSurface &moving_, &fixed_;
+  std::vector<std::array<MatchSurface, 2>> copies_;
+};
+
+// `basis` without the direction v.
+Basis without(const Basis& basis, const Vector& v) {
+  Basis rest(7, 0);
+  for (int c = 0; c < basis.cols(); ++c) {
+    Vector column = basis.col(c) - v * v.dot(basis.col(c));
+    for (int d = 0; d < rest.cols(); ++d) column -= rest.col(d) * rest.col(d).dot(column);
+    if (column.norm() < 1e-6) continue;
+    rest.conservativeResize(Eigen::NoChange, rest.cols() + 1);
+    rest.col(rest.cols() - 1) = column.normalized();
+  }
+  return rest;
+}
+
+class Search {
+ public:
+  Search(const MatchSurface& moving, const MatchSurface& fixed, const MatchOptions& options,
+         const std::array<std::string, 3>& axes, const Context& context)
+      : moving_(moving),
+        options_(options),
+        axes_(axes),
+        context_(context),
+        extent_(std::max(extent_of(fixed), extent_of(moving))),
+        centre_(centre_of(moving)),
+        levels_(moving, fixed, options.compare.border == BorderRule::trim, context),
+        basis_(basis_of(options.freedom)) {}
+
+  SearchResult run() {
+    result_.centre = centre_;
+    for (std::size_t k = 0; k < levels_.count(); ++k) {
+      Residuals residuals(levels_.moving(k), levels_.fixed(k), centre_, extent_ / 4);
+      Solver s(residuals, basis_, context_);
+      s.start(motion_);
+      if (!(s.at.sums.area > 0)) {
+        if (!levels_.is_finest(k)) continue;
+        throw OverlapError(
+            "the scans do not overlap at the start: check their coordinate systems, give a start with "
+            "--start, or let one be found with --coarse");
+      }
+      if (!levels_.is_finest(k) || k == 0) find_basin(residuals, s, k == 0);
+      if (levels_.is_finest(k)) {
+        finish(residuals, s);
+      } else {
+        settle(residuals, s, !everything(), 8, 2, 1e-4 * extent_);
+      }
+      motion_ = s.at.motion;
+      result_.iterations += s.accepted;
+    }
+    result_.motion = motion_;
+    return std::move(result_);
+  }
+
+ private:
+  [[nodiscard]] bool everything() const { return options_.overlap == 1; }
+  /// Of scales: identical scans have no residuals.
+  [[nodiscard]] double floor() const { return 1e-12 * extent_; }
+
+  // Scale of the loss and trust in the patches from the residuals; `bounded`: what differs more than noise is left out.
+  void reweigh(Residuals& residuals, Solver& s, bool bounded) const {
+    s.loss = {bounded ? Loss::Kind::tukey : Loss::Kind::huber, std::max(floor(), residuals.spread())};
+    if (!bounded) {
+      residuals.trust_all();
+    } else if (options_.overlap > 0) {
+      residuals.trust_share(options_.overlap);
+    } else {
+      residuals.trust_by_mean();
+    }
+    s.start(s.at.motion);
+  }
+
+  // Rounds of weights and steps until a step is less than `until`.
+  void settle(Residuals& residuals, Solver& s, bool bounded, int rounds, int steps, double until) const {
+    for (int i = 0; i < rounds && s.evaluations < options_.max_iterations * 4; ++i) {
+      reweigh(residuals, s, bounded);
+      if (s.descend(steps, until) < until) return;
+    }
+  }
+
+  // What the smoothest level does not hold is not searched for on finer ones.
+  void find_basin(Residuals& residuals, Solver& s, bool is_first) {
+    settle(residuals, s, false, 20, 3, 1e-4 * extent_);
+    if (!is_first) return;
+    s.refresh();
+    const Information info =
+        residuals.information(s.at.motion, s.loss, std::max(floor(), residuals.spread()), context_);
+    for (const Weak& w : weak_within(info, basis_, true)) {
+      if (!w.noise) continue;
+      frozen_.push_back(w);
+      basis_ = without(basis_, w.direction);
+    }
+    if (frozen_.empty()) return;
+    s.start(Motion{});
+    settle(residuals, s, false, 20, 3, 1e-4 * extent_);
+  }
+
+  // All points: the weights settle, then one fixed objective to the end.
+  void finish(Residuals& residuals, Solver& s) {
+    const double tolerance = (options_.tolerance > 0 ? options_.tolerance : default_match_tolerance) * extent_;
+    settle(residuals, s, !everything(), 6, 1, 1e-5 * extent_);
+    reweigh(residuals, s, !everything());
+    s.history = &result_.history;
+    s.note();
+    const int before = s.accepted;
+    const double last = s.descend(options_.max_iterations, tolerance);
+    result_.converged = last < tolerance || !s.stuck.empty();
+    result_.reason = !s.stuck.empty() ? s.stuck
+                     : result_.converged
+                         ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent_)
+                         : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
+    if (getenv("TRACE")) fmt::print("{} evaluations on all points\n", s.evaluations);
+    s.refresh();
+    result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
+    judge(residuals.information(s.at.motion, s.loss, 0, context_), residuals.length());
+    result_.stable.resize(moving_.xy.size());
+    for (std::size_t i = 0; i < moving_.xy.size(); ++i) result_.stable[i] = residuals.fitted(i, s.loss) ? 1 : 0;
+  }
+
+  // Covariance and weakly held directions.
+  void judge(const Information& info, double length) {
+    for (const Weak& w : frozen_)
+      result_.weak_directions.push_back(words(w, axes_) +
+                                        " is not determined by the scans and was left as it was at the start");
+    for (const Weak& w : weak_within(info, basis_, false))
+      result_.weak_directions.push_back(words(w, axes_) + " is weakly held: it carries " +
+                                        fmt::format("{:.1g}", w.share) + " of the information of the strongest motion");
+    const Eigen::MatrixXd h = basis_.transpose() * matrix(info.h) * basis_;
+    const Eigen::MatrixXd score = basis_.transpose() * matrix(info.score) * basis_;
+    if (h.cols() == 0) return;
+    const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.cols()));
+    const Matrix covariance = 2 * basis_ * inverse * score * inverse * basis_.transpose();
+    const double unit[7] = {1 / length, 1 / length, 1 / length, 1, 1, 1, 1 / length};
+    for (int i = 0; i < 7; ++i)
+      for (int j = 0; j < 7; ++j)
+        result_.covariance[static_cast<std::size_t>(7 * i + j)] = covariance(i, j) * unit[i] * unit[j];
+  }
+
+  const MatchSurface& moving_;
+  const MatchOptions& options_;
+  const std::array<std::string, 3>& axes_;
+  const Context& context_;
+  double extent_;
+  Point3 centre_;
+  Levels levels_;
+  Basis basis_;
+  Motion motion_;
+  std::vector<Weak> frozen_;
+  SearchResult result_;
+};
+
 }  // namespace
 
 SearchResult search(const MatchSurface& moving, const MatchSurface& fixed, const MatchOptions& options,
                     const std::array<std::string, 3>& axes, const Context& context) {
-  SearchResult result;
-  const double extent = std::max(extent_of(fixed), extent_of(moving));
-  const double tolerance = (options.tolerance > 0 ? options.tolerance : default_match_tolerance) * extent;
-  const double floor = 1e-12 * extent;  // of scales: identical scans have no residuals
-  const bool trim = options.compare.border == BorderRule::trim;
-  result.centre = centre_of(moving);
-
-  // Copies of both surfaces, ever thinner.
-  std::vector<std::array<MatchSurface, 2>> copies;
-  std::vector<std::size_t> runs;
-  const std::size_t most = std::max(moving.xy.size(), fixed.xy.size());
-  for (std::size_t run = level_factor; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
-  copies.resize(runs.size());
-  for (std::size_t k = 0; k < runs.size(); ++k)
-    both(
-        [&] {
-          copies[k][0] = thinned(moving.xy, moving.z,
-                                 std::min(runs[k], std::max<std::size_t>(1, moving.xy.size() / 64)), trim, context);
-        },
-        [&] {
-          copies[k][1] = thinned(fixed.xy, fixed.z, std::min(runs[k], std::max<std::size_t>(1, fixed.xy.size() / 64)),
-                                 trim, context);
-        });
-  std::vector<Level> levels;
-  for (std::size_t k = runs.size(); k-- > 0;) levels.push_back({&copies[k][0], &copies[k][1], false});
-  levels.push_back({&moving, &fixed, true});
-
-  Basis basis = basis_of(options.freedom);
-  Motion motion;
-  const bool everything = options.overlap == 1;
-  std::vector<Weak> frozen;
-  for (std::size_t k = 0; k < levels.size(); ++k) {
-    const Level& level = levels[k];
-    Residuals residuals(*level.moving, *level.fixed, result.centre, extent / 4);
-    Search s(residuals, basis, context);
-    s.loss = {Loss::Kind::huber, std::numeric_limits<double>::max()};
-    if (level.finest) s.history = &result.history;
-    s.start(motion);
-    if (!(s.at.sums.area > 0)) {
-      if (!level.finest) continue;
-      throw OverlapError(
-          "the scans do not overlap at the start: check their coordinate systems, give a start with "
-          "--start, or let one be found with --coarse");
-    }
-    const double level_tolerance = level.finest ? tolerance : 1e-6 * extent;
-    const auto reweigh = [&](Loss::Kind kind, bool trust) {
-      s.loss.kind = kind;
-      s.loss.scale = std::max(floor, residuals.spread());
-      if (everything || !trust) {
-        residuals.trust_all();
-      } else if (options.overlap > 0) {
-        residuals.trust_share(options.overlap);
-      } else {
-        residuals.trust_by_mean();
-      }
-      s.start(s.at.motion);
-    };
-    const auto settle = [&](Loss::Kind kind, bool trust, int rounds, int steps, double until) {
-      for (int i = 0; i < rounds && s.evaluations < options.max_iterations * 4; ++i) {
-        reweigh(kind, trust);
-        if (s.descend(steps, until) < until) return true;
-      }
-      return false;
-    };
-    if (!level.finest || levels.size() == 1) {
-      settle(Loss::Kind::huber, false, 20, 3, 1e-4 * extent);
-      if (k == 0) {  // what the smoothest level does not hold is not searched for on finer ones
-        const Information info =
-            residuals.information(s.at.motion, s.loss, std::max(floor, residuals.spread()), context);
-        for (const Weak& w : weak_within(info, basis, true)) {
-          if (!w.noise) continue;
-          frozen.push_back(w);
-          const Basis old = basis;
-          const Vector& v = w.direction;
-          Basis rest(7, 0);
-          for (int c = 0; c < old.cols(); ++c) {
-            Vector column = old.col(c) - v * v.dot(old.col(c));
-            for (int d = 0; d < rest.cols(); ++d) column -= rest.col(d) * rest.col(d).dot(column);
-            if (column.norm() < 1e-6) continue;
-            rest.conservativeResize(Eigen::NoChange, rest.cols() + 1);
-            rest.col(rest.cols() - 1) = column.normalized();
-          }
-          basis = rest;
-        }
-        if (!frozen.empty()) s.start(Motion{}), settle(Loss::Kind::huber, false, 20, 3, 1e-4 * extent);
-      }
-    }
-    if (everything) {
-      settle(Loss::Kind::huber, false, 6, 3, level_tolerance * 100);
-    } else {
-      settle(Loss::Kind::tukey, true, 8, 2, level_tolerance * 100);
-    }
-    if (level.finest) {  // one fixed objective to the end
-      reweigh(everything ? Loss::Kind::huber : Loss::Kind::tukey, true);
-      result.history.clear();
-      s.note();
-      const int before = s.accepted;
-      const double last = s.descend(options.max_iterations, tolerance);
-      result.converged = last < tolerance || s.stuck.size() > 0;
-      result.reason = !s.stuck.empty() ? s.stuck
-                      : result.converged
-                          ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent)
-                          : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
-      result.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
-      const Information info = residuals.information(s.at.motion, s.loss, s.loss.scale, context);
-      const Basis all = basis_of(options.freedom);
-      for (const Weak& w : frozen)
-        result.weak_directions.push_back(words(w, axes) +
-                                         " is not determined by the scans and was left as it was at the start");
-      for (const Weak& w : weak_within(info, basis, false))
-        result.weak_directions.push_back(words(w, axes) + " is weakly held: it carries " +
-                                         fmt::format("{:.1g}", w.share) +
-                                         " of the information of the strongest motion");
-      const Eigen::MatrixXd h = basis.transpose() * matrix(info.h) * basis;
-      const Eigen::MatrixXd score = basis.transpose() * matrix(info.score) * basis;
-      if (h.cols() > 0) {
-        const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.cols()));
-        const Matrix covariance = 2 * basis * inverse * score * inverse * basis.transpose();
-        const double l = residuals.length();
-        const double unit[7] = {1 / l, 1 / l, 1 / l, 1, 1, 1, 1 / l};
-        for (int i = 0; i < 7; ++i)
-          for (int j = 0; j < 7; ++j)
-            result.covariance[static_cast<std::size_t>(7 * i + j)] = covariance(i, j) * unit[i] * unit[j];
-      }
-      result.stable.resize(moving.xy.size());
-      for (std::size_t i = 0; i < moving.xy.size(); ++i) result.stable[i] = residuals.fitted(i, s.loss) ? 1 : 0;
-    }
-    motion = s.at.motion;
-    result.iterations += s.accepted;
-  }
-  result.motion = motion;
-  return result;
+  return Search(moving, fixed, options, axes, context).run();
 }
 
 }  // namespace isopach

@@ -1,5 +1,7 @@
 #include "isopach/match/surface.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <utility>
 
 #include "isopach/base/parallel.hpp"
@@ -10,7 +12,7 @@ namespace isopach {
 
 namespace {
 
-/// By gathering round the nodes in the order of the triangles: the same bits for any number of threads.
+// One after the other in the order of the triangles: the same bits for any number of threads.
 Array<double> node_areas(const Triangulation& t, std::span<const Point2> xy, const Footprint& footprint) {
   Array<double> area(xy.size());
   std::fill(area.begin(), area.end(), 0.0);
@@ -23,6 +25,62 @@ Array<double> node_areas(const Triangulation& t, std::span<const Point2> xy, con
   return area;
 }
 
+constexpr double thin = 1e-9;  // twice the area over the squares of the sides: such facets have no slope
+
+struct Slope {
+  double x = 0, y = 0, area = 0;
+};
+
+// The slopes of the facets; cosine 1 where there is a surface.
+void facet_slopes(MatchSurface& s) {
+  s.facets.resize(s.t.real);
+  for_each_index(s.t.real, [&](std::size_t i) {
+    Facet& f = s.facets[i] = {};
+    if (!s.footprint.keeps(static_cast<Index>(i))) return;
+    const auto& v = s.t.triangles[i].v;
+    const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
+    const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
+    const double twice = bx * cy - by * cx;
+    if (!(twice > thin * (bx * bx + by * by + cx * cx + cy * cy))) return;
+    const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
+    f.gx = (zb * cy - zc * by) / twice;
+    f.gy = (zc * bx - zb * cx) / twice;
+    f.cosine = 1;
+  });
+}
+
+// The mean slope around each node, by area.
+Array<Slope> node_slopes(const MatchSurface& s) {
+  Array<Slope> slopes(s.xy.size());
+  std::fill(slopes.begin(), slopes.end(), Slope{});
+  for (Index i = 0; i < s.t.real; ++i) {
+    const Facet& f = s.facets[i];
+    if (f.cosine == 0) continue;
+    const auto& v = s.t.triangles[i].v;
+    const double area = triangle_area(s.xy[v[0]], s.xy[v[1]], s.xy[v[2]]);
+    for (const Index node : v) slopes[node].x += area * f.gx, slopes[node].y += area * f.gy, slopes[node].area += area;
+  }
+  for_each_index(slopes.size(), [&](std::size_t i) {
+    if (slopes[i].area > 0) slopes[i].x /= slopes[i].area, slopes[i].y /= slopes[i].area;
+  });
+  return slopes;
+}
+
+void smooth_slopes(MatchSurface& s) {
+  const Array<Slope> slopes = node_slopes(s);
+  for_each_index(s.t.real, [&](std::size_t i) {
+    Facet& f = s.facets[i];
+    if (f.cosine == 0) return;
+    const auto& v = s.t.triangles[i].v;
+    const double x = (slopes[v[0]].x + slopes[v[1]].x + slopes[v[2]].x) / 3,
+                 y = (slopes[v[0]].y + slopes[v[1]].y + slopes[v[2]].y) / 3;
+    f.smooth_gx = static_cast<float>(x), f.smooth_gy = static_cast<float>(y);
+    if (std::getenv("RAW")) f.smooth_gx = f.gx, f.smooth_gy = f.gy;
+    f.cosine =
+        static_cast<float>(1 / std::sqrt(1 + (double)f.smooth_gx * f.smooth_gx + (double)f.smooth_gy * f.smooth_gy));
+  });
+}
+
 }  // namespace
 
 MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box, bool trim, double max_edge,
@@ -33,6 +91,8 @@ MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box
   s.t = triangulate(s.xy, box, context);
   s.footprint = footprint(s.t, s.xy, trim, max_edge, context);
   s.weight = node_areas(s.t, s.xy, s.footprint);
+  facet_slopes(s);
+  smooth_slopes(s);
   return s;
 }
 

@@ -10,12 +10,22 @@
 
 namespace isopach {
 
+/// What a residual asks of a facet. Slopes of facets carry the noise of three heights over one edge: where the scan is
+/// dense that is more than the slope itself. The residual takes the facet as it is, its derivative and its normal take
+/// the slope smoothed over the neighbourhood.
+struct Facet {
+  double gx = 0, gy = 0;               ///< slope
+  float smooth_gx = 0, smooth_gy = 0;  ///< mean over its corners of the mean slope around each, by area
+  float cosine = 0;                    ///< of the smoothed slope; 0: no surface here (not kept, or too thin)
+};
+
 struct MatchSurface {
   Array<Point2> xy;
   Array<double> z;
   Triangulation t;
   Footprint footprint;   ///< triangles that the sampling supports
   Array<double> weight;  ///< by node: a third of the areas of its kept triangles; 0 where it has none
+  Array<Facet> facets;   ///< by real triangle
 };
 
 /// Nodes in curve order of `box`. `trim`, `max_edge` as in overlay/border.hpp. Cost O(n log n).
