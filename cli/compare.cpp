@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
@@ -35,6 +36,7 @@ struct Request {
   CompareOptions options;
   std::vector<std::string> fail_above;
   bool no_layer_check = false, match = false;
+  MatchOptions matching;  ///< compare and start are those of the comparison
   Delivery delivery;
   RunOptions run;
 };
@@ -141,13 +143,14 @@ void add_measure_options(Command& command, Request& request) {
 }
 
 /// The pose of b on a; what the matching has to say goes into `remarks`.
-Pose matched(const Cloud& a, const Cloud& b, const CompareOptions& options, std::vector<std::string>& remarks,
+Pose matched(const Cloud& a, const Cloud& b, const Request& request, std::vector<std::string>& remarks,
              const Run& run) {
-  MatchOptions wanted;
-  wanted.compare = options;
+  MatchOptions wanted = request.matching;
+  wanted.compare = request.options;
   wanted.compare.pose = {};
   wanted.compare.check_layers = false;
-  wanted.start = options.pose;
+  wanted.start = request.options.pose;
+  wanted.judge = false;  // the comparison that follows does
   const Matching m = match(b, a, wanted, run.context());
   if (!m.converged)
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
@@ -166,9 +169,11 @@ int run_compare(const Arguments& arguments) {
   add_delivery_options(command, request.delivery, "");
   add_projection_options(command, request);
   add_measure_options(command, request);
+  add_match_options(command, request.matching);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
 
+  if (!request.match) refuse_match_options(request.matching, "--match");
   std::vector<Tolerance> tolerances;
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
@@ -193,7 +198,7 @@ int run_compare(const Arguments& arguments) {
   const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();
   std::vector<std::string> remarks;
-  if (request.match) request.options.pose = matched(a, b, request.options, remarks, run);
+  if (request.match) request.options.pose = matched(a, b, request, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
   deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);

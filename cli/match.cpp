@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/match.hpp"
@@ -13,6 +14,7 @@
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/match.hpp"
+#include "isopach/report/report.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -36,6 +38,7 @@ constexpr const char* footer =
 
 struct Request {
   std::string moving, fixed, start, output, json, pose_out;
+  bool pose_only = false, no_map = false;
   MatchOptions options;
   RunOptions run;
 };
@@ -44,22 +47,37 @@ void add_output_options(Command& command, Request& request) {
   command.heading("Output");
   command
       .option("-o,--output", "DIR", request.output,
-              "Folder for result.json, pose.txt and moved.ply (MOVING in its new place, with the attribute stable); "
-              "made if it is not there")
+              "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attribute "
+              "stable), before.png and after.png; made if it is not there")
       ->check(not_empty());
   command
       .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
   command.option("--pose-out", "FILE", request.pose_out, "The pose alone: four lines of four numbers")
       ->check(not_empty());
+  command.flag("--no-map", request.no_map, "No before.png and after.png, and no pictures in the report");
+  command.flag("--pose-only", request.pose_only,
+               "Do not compare before and after (rho, rms, coverage, maps): takes a third of the time");
+}
+
+/// The map of a comparison; the name of the file, or nothing where there is none.
+std::string write_match_map(const std::optional<Comparison>& c, const char* name, OutputFolder& folder,
+                            const Run& run) {
+  if (!c) return {};
+  const std::string path = folder.path(name);
+  write_map(path, *c, MapOptions{}, run.context());
+  return path;
 }
 
 void deliver_match(Matching& m, const Cloud& moving, const Request& request, OutputFolder* folder, double read_s,
                    Run& run) {
   Stopwatch watch;
+  std::string before, after;
   if (folder != nullptr) {
     folder->write_text("pose.txt", pose_text(m.pose));
     write_moved(folder->path("moved.ply"), moving, m, run.context());
+    before = write_match_map(m.comparison_before, "before.png", *folder, run);
+    after = write_match_map(m.comparison_after, "after.png", *folder, run);
   }
   const double write_s = watch.lap();
   m.timing.stages.insert(m.timing.stages.begin(), {"read", read_s});
@@ -67,9 +85,10 @@ void deliver_match(Matching& m, const Cloud& moving, const Request& request, Out
   m.timing.total += read_s + write_s;
   std::string json;
   if (folder != nullptr) {
-    const std::string result = folder->path("result.json");
+    const std::string report = folder->path("report.html"), result = folder->path("result.json");
     json = match_json(m, folder->names());
     write_text_file(result, json);
+    write_match_html(report, m, before, after, json, run.context());
     run.context().check();
     folder->commit();
   } else if (!request.json.empty()) {
@@ -178,7 +197,20 @@ void add_match_options(Command& command, MatchOptions& options) {
               "The search has converged when a step moves the scan by less than this share of its extent (default "
               "1e-8)")
       ->check(positive());
-  add_pair_options(command, options.icp);
+}
+
+void refuse_match_options(const MatchOptions& options, const std::string& without) {
+  const MatchOptions plain;
+  const Freedom &f = options.freedom, &g = plain.freedom;
+  const auto refuse = [&](bool given, const char* name) {
+    if (given) throw UsageError(fmt::format("{}: it says how to match: give it with {}", name, without));
+  };
+  refuse(options.overlap != plain.overlap, "--overlap");
+  refuse(f.shift_x != g.shift_x || f.shift_y != g.shift_y || f.shift_z != g.shift_z || f.turn_x != g.turn_x ||
+             f.turn_y != g.turn_y || f.turn_z != g.turn_z || f.scale != g.scale,
+         "--freedom");
+  refuse(options.max_iterations != plain.max_iterations, "--max-iterations");
+  refuse(options.tolerance != plain.tolerance, "--tolerance");
 }
 
 int run_match(const Arguments& arguments) {
@@ -196,18 +228,28 @@ int run_match(const Arguments& arguments) {
   command.flag("--allow-crs", compare.allow_crs,
                "Match although the CRS is in degrees, is Web Mercator, or differs between the scans");
   add_border_options(command, compare);
+  command.heading("Matching");
+  command.parsed(
+      "--weight", "FORMULA|@ATTRIBUTE|FILE", compare.weight,
+      +[](const std::string& text) { return parse_weight(text); },
+      "Weight of 0 or more of what is fitted: a formula of x, y, z1, z2, slope1, slope2 at the points of FIXED; an "
+      "attribute of the points, of MOVING if it has it, else of FIXED, or @a:NAME (FIXED), @b:NAME (MOVING); a raster");
   add_match_options(command, request.options);
+  add_pair_options(command, request.options.icp);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.start.empty() && request.options.coarse)
     throw UsageError("--start and --coarse: a start is given or looked for, not both");
+  request.options.judge = !request.pose_only;
+  request.options.keep_comparisons = !request.output.empty() && !request.no_map;
   if (!request.start.empty()) request.options.start = read_pose(request.start, "--start");
 
   Run run(request.run);
   std::unique_ptr<OutputFolder> folder;
   if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
   Stopwatch watch;
-  const ReadOptions wanted = read_options(compare.project);
+  ReadOptions wanted = read_options(compare.project);
+  if (compare.weight.kind == WeightSource::Kind::attribute) wanted.attributes.push_back(compare.weight.text);
   const Cloud moving = read_cloud(request.moving, wanted, run.context());
   const Cloud fixed = read_cloud(request.fixed, wanted, run.context());
   const double read_s = watch.lap();

@@ -35,7 +35,7 @@ class Output(MatchCli):
     def test_folder_and_round_trip(self):
         self.run_cli("match", "moving.xyz", "fixed.xyz", "-o", "out", "--json", "copy.json", "--pose-out", "p.txt")
         files = {p.name for p in self.path("out").iterdir()}
-        self.assertEqual(files, {"result.json", "pose.txt", "moved.ply"})
+        self.assertEqual(files, {"result.json", "report.html", "pose.txt", "moved.ply", "before.png", "after.png"})
         result = json.loads(self.path("out/result.json").read_text())
         self.assertEqual(set(result["outputs"]), files)
         self.assertEqual(self.path("copy.json").read_text(), self.path("out/result.json").read_text())
@@ -50,6 +50,16 @@ class Output(MatchCli):
         self.assertIn("stable", self.result("info", "out/moved.ply")["files"][0]["attributes"])
         self.assertLess(abs(rows[0][3] + 0.3), 0.1)
 
+    def test_pose_only_and_maps(self):
+        plain = self.match()
+        quick = self.match("--pose-only", "-o", "quick")
+        self.assertEqual(quick["pose"], plain["pose"])
+        self.assertEqual(quick["before"], {"rho": None, "rms": None, "coverage": None})
+        self.assertTrue(quick["parameters"]["pose_only"])
+        self.assertFalse({"before.png", "after.png"} & set(quick["outputs"]))
+        self.assertNotIn("before.png", self.match("--no-map", "-o", "bare")["outputs"])
+        self.assertIn("moving.xyz on fixed.xyz\n", self.run_cli("match", "moving.xyz", "fixed.xyz", "--pose-only").stdout)
+
     def test_threads(self):
         texts = {without_timing(json.dumps(self.match("--threads", n))) for n in "123"}
         self.assertEqual(len(texts), 1)
@@ -61,6 +71,12 @@ class CompareMatch(MatchCli):
         two = self.match()
         self.assertEqual(one["pose"]["matrix"], two["pose"]["matrix"])
         self.assertEqual(one["measure"]["rho"], two["after"]["rho"])
+        for words in [("--freedom", "x,y,z"), ("--overlap", "1"), ("--weight", "x > 12")]:
+            one = self.result("compare", "fixed.xyz", "moving.xyz", "--match", *words)
+            self.assertEqual(one["pose"]["matrix"], self.match(*words)["pose"]["matrix"], words)
+            self.assertNotEqual(one["pose"]["matrix"], two["pose"]["matrix"], words)
+        for words in [("--freedom", "x"), ("--overlap", "1"), ("--max-iterations", "7"), ("--tolerance", "1e-3")]:
+            self.assertIn(words[0], self.run_cli("compare", "fixed.xyz", "moving.xyz", *words, code=2).stderr)
         self.write("far.xyz", scan(2, 500.0))
         self.assertIn("overlap", self.run_cli("compare", "fixed.xyz", "far.xyz", "--match", code=4).stderr)
 
@@ -87,6 +103,7 @@ class Options(MatchCli):
             (("--freedom", "x,up"), "--freedom"),
             (("--max-iterations", "0"), "--max-iterations"),
             (("--tolerance", "-1"), "--tolerance"),
+            (("--weight", "x +"), "--weight"),
         ]:
             self.assertIn(option, self.run_cli("match", "moving.xyz", "fixed.xyz", *words, code=2).stderr)
         self.assertIn("--start", self.run_cli("match", "moving.xyz", "fixed.xyz", "--start", "none.txt", code=3).stderr)

@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <iterator>
+#include <regex>
+#include <set>
 #include <sstream>
 
 #include "isopach/io/read.hpp"
@@ -41,7 +45,10 @@ TEST(MatchReport, JsonIsThatOfTheSchema) {
   options.compare.project.crop = Box2{{-1, -1}, {2, 2}};
   options.overlap = 0.9;
   options.freedom.scale = true;
-  for (const Matching& m : {sample(), sample(options)}) {
+  MatchOptions pose_only;
+  pose_only.judge = false;
+  pose_only.compare.weight = {WeightSource::Kind::expression, WeightSource::Scan::any, "1 + x"};
+  for (const Matching& m : {sample(), sample(options), sample(pose_only)}) {
     const Json json = Json::parse(match_json(m, {"pose.txt"}));
     for (const std::string& violation : test::SchemaCheck::violations(schema, json)) ADD_FAILURE() << violation;
   }
@@ -91,6 +98,38 @@ TEST(MatchReport, TextHasUnitsAndWarnings) {
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
   m.converged = false;
   EXPECT_NE(match_text(m).find("NOT converged"), std::string::npos);
+}
+
+// Every number shown with a key is that of result.json.
+TEST(MatchReport, PageHoldsTheNumbers) {
+  MatchOptions pose_only;
+  pose_only.judge = false;
+  for (Matching m : {sample(), sample(pose_only)}) {
+    m.moving.path = "<after>.ply";
+    m.weak_directions = {"shift along x is weakly held"};
+    const std::string path = (std::filesystem::temp_directory_path() / "isopach_match_report.html").string();
+    const std::string json = match_json(m, {"report.html"});
+    write_match_html(path, m, "", "", json, {});
+    std::ifstream in(path);
+    const std::string page{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+    std::filesystem::remove(path);
+    const Json all = Json::parse(json);
+    const std::regex datum("data-key=\"([^\"]*)\"[^>]* value=\"([^\"]*)\"");
+    std::set<std::string> keys;
+    for (std::sregex_iterator i(page.begin(), page.end(), datum), end; i != end; ++i) {
+      std::string pointer = "/" + (*i)[1].str();
+      std::replace(pointer.begin(), pointer.end(), '.', '/');
+      EXPECT_EQ(all.at(Json::json_pointer(pointer)).dump(), (*i)[2].str());
+      keys.insert((*i)[1]);
+    }
+    for (const char* key : {"pose.angle_deg", "pose.matrix.0.3", "pose.local.matrix.2.3", "overlap", "stable_points"})
+      EXPECT_TRUE(keys.count(key)) << key;
+    EXPECT_EQ(keys.count("after.rho"), m.options.judge ? 1u : 0u);
+    for (const char* word : {"&lt;after&gt;.ply", " mm", "shift along x is weakly held", "<polyline", "turn about z"})
+      EXPECT_NE(page.find(word), std::string::npos) << word;
+    EXPECT_EQ(page.find("n/a"), std::string::npos);
+    EXPECT_EQ(page.find("<after>"), std::string::npos);
+  }
 }
 
 TEST(MatchReport, MovedPointsAndStableMask) {

@@ -20,7 +20,8 @@ namespace isopach {
 
 namespace {
 
-Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context) {
+Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context,
+               ScanMeshes* meshes) {
   Comparison c;
   c.options = options;
   stages::check_options(options);
@@ -77,6 +78,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
   const stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, options, context);
+  if (meshes != nullptr) *meshes = {c.frame, a, b, t1, t2, borders.kept_1, borders.kept_2};
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.in_2.other, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.in_1.other, f1_at_b, +1);
 
@@ -133,7 +135,14 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
 Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context) {
   Comparison result;
-  run_with_threads(context.threads, [&] { result = run(a, b, options, context); });
+  run_with_threads(context.threads, [&] { result = run(a, b, options, context, nullptr); });
+  return result;
+}
+
+Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context,
+                   ScanMeshes& meshes) {
+  Comparison result;
+  run_with_threads(context.threads, [&] { result = run(a, b, options, context, &meshes); });
   return result;
 }
 

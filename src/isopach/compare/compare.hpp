@@ -3,6 +3,7 @@
 #include "isopach/base/context.hpp"
 #include "isopach/cloud/cloud.hpp"
 #include "isopach/compare/comparison.hpp"
+#include "isopach/compare/meshes.hpp"
 
 namespace isopach {
 
@@ -10,5 +11,9 @@ namespace isopach {
 /// only, or coverage is below options.min_coverage; InputError for scans without usable points or with CRS that do not
 /// match.
 [[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context);
+
+/// The same, and `meshes` keeps what was made of the scans on the way.
+[[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context,
+                                 ScanMeshes& meshes);
 
 }  // namespace isopach

@@ -271,6 +271,14 @@ Borders find_borders(const Triangulation& t1, const Triangulation& t2, const Hei
   return borders;
 }
 
+void find_footprints(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                     const CompareOptions& options, Array<unsigned char>& kept_1, Array<unsigned char>& kept_2,
+                     const Context& context) {
+  const bool trim = options.border == BorderRule::trim;
+  both([&] { kept_1 = kept_flags(footprint(t1, a.xy, trim, options.max_edge, context)); },
+       [&] { kept_2 = kept_flags(footprint(t2, b.xy, trim, options.max_edge, context)); });
+}
+
 PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
                          const Margin& in_other, const Array<double>& other, int sign) {
   PointFields f;

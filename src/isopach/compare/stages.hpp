@@ -54,6 +54,11 @@ struct Borders {
                                    const HeightField& b, const Locations& a_in_2, const Locations& b_in_1,
                                    const CompareOptions& options, const Context& context);
 
+/// What the borders keep of each scan alone: one flag per real triangle; empty if all are.
+void find_footprints(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                     const CompareOptions& options, Array<unsigned char>& kept_1, Array<unsigned char>& kept_2,
+                     const Context& context);
+
 /// sign −1: other surface − own height (A); +1: own height − other surface (B). NaN where there is none.
 [[nodiscard]] PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame,
                                        const HeightField& field, const Margin& in_other, const Array<double>& other,

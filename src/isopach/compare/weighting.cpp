@@ -23,9 +23,13 @@ std::string name_of(const Cloud& cloud, const char* role) {
   return cloud.path.empty() ? std::string("scan ") + role : cloud.path;
 }
 
-/// The mean of the values of the points of each node, whatever their order.
+}  // namespace
+
 Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute, const HeightField& field,
                                  const std::string& file) {
+  Index nodes = 0;
+  for (const Index node : field.node_of_point)
+    if (node != no_index) nodes = std::max(nodes, node + 1);
   std::vector<std::pair<Index, double>> of_node;
   of_node.reserve(attribute.values.size());
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -38,7 +42,7 @@ Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute,
     of_node.emplace_back(node, value);
   }
   std::sort(of_node.begin(), of_node.end());
-  Array<double> values(field.z.size());
+  Array<double> values(nodes);
   for (std::size_t i = 0; i < of_node.size();) {
     const Index node = of_node[i].first;
     Sum sum;
@@ -48,8 +52,6 @@ Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute,
   }
   return values;
 }
-
-}  // namespace
 
 void check_weight(const CompareOptions& options) {
   if (options.weight.kind == Kind::none) return;

@@ -12,6 +12,11 @@ namespace isopach::stages {
 /// Refuses a weight that contradicts another option, and a formula that is none.
 void check_weight(const CompareOptions& options);
 
+/// The mean of the values of the points of each node, whatever their order. Errors, naming --weight and `file`: a value
+/// below 0 or not finite.
+[[nodiscard]] Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute, const HeightField& field,
+                                               const std::string& file);
+
 class Weighting {
  public:
   Weighting(const CompareOptions& options, const Context& context) : options_(options), context_(context) {}

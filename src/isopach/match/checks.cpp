@@ -65,11 +65,14 @@ void take(const SearchResult& found, const Frame& frame, const Array<Index>& nod
     m.stable[i] = node_of_point[i] == no_index ? 0 : found.stable[node_of_point[i]];
 }
 
-void describe(const Comparison& after, Matching& m) {
-  m.fixed = after.a, m.moving = after.b;
+void describe(const Comparison& c, Matching& m) {
+  m.fixed = c.a, m.moving = c.b;
   m.fixed.role = "fixed", m.moving.role = "moving";
-  m.unit = after.unit;
-  m.warnings.insert(m.warnings.end(), after.warnings.begin(), after.warnings.end());
+  m.unit = c.unit;
+  m.warnings.insert(m.warnings.end(), c.warnings.begin(), c.warnings.end());
+}
+
+void warn(Matching& m) {
   for (const std::string& weak : m.weak_directions) m.warnings.push_back(weak);
   if (!m.converged) m.warnings.push_back("the search did not converge: " + m.reason);
 }

@@ -17,7 +17,10 @@ void check_options(const MatchOptions& options);
 /// Pose, covariance, centre, words and stable points of the search, in input coordinates, into `m`.
 void take(const SearchResult& found, const Frame& frame, const Array<Index>& node_of_point, Matching& m);
 
-/// Inputs, unit and warnings from the comparison after the search.
-void describe(const Comparison& after, Matching& m);
+/// Inputs, unit and warnings of a comparison.
+void describe(const Comparison& c, Matching& m);
+
+/// Warnings about the search itself.
+void warn(Matching& m);
 
 }  // namespace isopach

@@ -6,47 +6,73 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/compare/weighting.hpp"
+#include "isopach/delaunay/triangulate.hpp"
 #include "isopach/match/checks.hpp"
 #include "isopach/match/coarse.hpp"
 #include "isopach/match/icp.hpp"
 #include "isopach/match/motion.hpp"
 #include "isopach/match/search.hpp"
 #include "isopach/match/surface.hpp"
+#include "isopach/match/weights.hpp"
 
 namespace isopach {
 
 namespace {
 
-/// The same comparison before and after: ρ, RMS and coverage of MOVING (as B) on FIXED (as A).
-Comparison compare_at(const Cloud& moving, const Cloud& fixed, const Pose& pose, CompareOptions options,
-                      const Context& context) {
-  options.pose = pose;
-  return compare(fixed, moving, options, context);
-}
-
 Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.rms, c.coverage}; }
 
-/// The objective `measure`: both scans in one frame, triangulated once, then the search.
-void match_surfaces(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock,
+/// MOVING (as B) on FIXED (as A) where it starts: the scans as meshes, and how they lie on one another if that is
+/// asked for.
+ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock,
                     const Context& context) {
-  const CompareOptions& o = m.options.compare;
+  CompareOptions options = m.options.compare;
+  options.pose = m.options.start;
+  ScanMeshes meshes;
+  if (m.options.judge) {
+    clock.start("before");
+    Comparison before = compare(fixed, moving, options, context, meshes);
+    m.before = fit_of(before);
+    if (m.options.keep_comparisons) m.comparison_before = std::move(before);
+    return meshes;
+  }
+  Comparison c;
+  c.options = options;
+  stages::check_options(options);
+  stages::check_weight(options);
+  stages::check_units(fixed, moving, options, c);
 
   clock.start("project");
-  const Frame frame = choose_frame(fixed, moving, m.options.start, o.project, context);
-  HeightField a, b;
-  both([&] { a = project(fixed, Pose{}, frame, o.project, context); },
-       [&] { b = project(moving, m.options.start, frame, o.project, context); });
+  const Frame frame = meshes.frame = choose_frame(fixed, moving, options.pose, options.project, context);
+  HeightField &a = meshes.a, &b = meshes.b;
+  both([&] { a = project(fixed, Pose{}, frame, options.project, context); },
+       [&] { b = project(moving, options.pose, frame, options.project, context); });
+  stages::describe_inputs(fixed, moving, a, b, c, context);
+  describe(c, m);
 
   clock.start("delaunay");  // once: no motion changes it
-  const bool trim = o.border == BorderRule::trim;
+  both([&] { meshes.t1 = triangulate(a.xy, frame.curve, context); },
+       [&] { meshes.t2 = triangulate(b.xy, frame.curve, context); });
+
+  clock.start("border");
+  stages::find_footprints(meshes.t1, meshes.t2, a, b, options, meshes.kept_1, meshes.kept_2, context);
+  return meshes;
+}
+
+/// The objective `measure`: both scans in one frame, triangulated once, then the search.
+void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, Matching& m, stages::Clock& clock,
+                    const Context& context) {
+  clock.start("facets");
+  HeightField &a = meshes.a, &b = meshes.b;
   MatchSurface f, g;
-  both([&] { f = make_surface(std::move(a.xy), std::move(a.z), frame.curve, trim, o.max_edge, context); },
-       [&] { g = make_surface(std::move(b.xy), std::move(b.z), frame.curve, trim, o.max_edge, context); });
+  both([&] { f = make_surface(std::move(a.xy), std::move(a.z), std::move(meshes.t1), meshes.kept_1); },
+       [&] { g = make_surface(std::move(b.xy), std::move(b.z), std::move(meshes.t2), meshes.kept_2); });
+
+  apply_weight(moving, fixed, b, a, meshes.frame, m.options.compare, g, f, context);
 
   clock.start("search");
-  const SearchResult found = search(g, f, m.options, axis_names(frame), context);
-  clock.stop();
-  take(found, frame, b.node_of_point, m);
+  const SearchResult found = search(g, f, m.options, axis_names(meshes.frame), context);
+  take(found, meshes.frame, b.node_of_point, m);
 }
 
 /// The objectives of pairs of points.
@@ -54,7 +80,9 @@ void match_points(const Cloud& moving, const Cloud& fixed, Matching& m, stages::
   clock.start("search");
   Matching found = icp(moving, fixed, m.options.start, m.options, context);
   clock.stop();
-  found.before = m.before, found.timing = m.timing;
+  found.before = m.before, found.timing = m.timing, found.comparison_before = std::move(m.comparison_before);
+  found.moving = m.moving, found.fixed = m.fixed, found.unit = m.unit;
+  found.warnings.insert(found.warnings.begin(), m.warnings.begin(), m.warnings.end());
   m = std::move(found);
 }
 
@@ -69,24 +97,24 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
   if (options.coarse) {
     clock.start("coarse");
     m.options.start = coarse_start(moving, fixed, options, context);
-    clock.stop();
   }
-
-  clock.start("before");
-  const Comparison before = compare_at(moving, fixed, m.options.start, options.compare, context);
-  m.before = fit_of(before);
-  clock.stop();
-
+  ScanMeshes meshes = at_start(moving, fixed, m, clock, context);
   if (options.objective == Objective::measure)
-    match_surfaces(moving, fixed, m, clock, context);
+    match_surfaces(moving, fixed, std::move(meshes), m, clock, context);
   else
     match_points(moving, fixed, m, clock, context);
 
-  clock.start("after");
-  const Comparison after = compare_at(moving, fixed, m.pose, options.compare, context);
-  m.after = fit_of(after);
+  if (options.judge) {
+    clock.start("after");
+    CompareOptions there = options.compare;
+    there.pose = m.pose;
+    Comparison after = compare(fixed, moving, there, context);
+    m.after = fit_of(after);
+    describe(after, m);
+    if (options.keep_comparisons) m.comparison_after = std::move(after);
+  }
   clock.stop();
-  describe(after, m);
+  warn(m);
   return m;
 }
 

@@ -1,6 +1,8 @@
 // Matching: everything one matching found.
 #pragma once
 #include <array>
+#include <limits>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,9 +18,9 @@ struct MatchStep {
   double share = 1;  ///< of the common area (icp: of the pairs) that takes part
 };
 
-/// How well two scans lie on one another, by one and the same comparison before and after.
+/// How well two scans lie on one another, by one and the same comparison before and after; NaN: not asked for.
 struct Fit {
-  double rho = 0, rms = 0, coverage = 0;
+  double rho = std::numeric_limits<double>::quiet_NaN(), rms = rho, coverage = rho;
 };
 
 struct Matching {
@@ -32,7 +34,8 @@ struct Matching {
   std::string reason;  ///< why the search stopped, in words
   std::vector<MatchStep> history;
   Fit before, after;
-  double overlap = 1;  ///< share that was fitted
+  std::optional<Comparison> comparison_before, comparison_after;  ///< if options.keep_comparisons
+  double overlap = 1;                                             ///< share that was fitted
   /// 6×6, row-major: rotation (rad) about x, y, z of the input axes through `centre`, then translation (unit).
   std::array<double, 36> covariance{};
   Point3 centre{0, 0, 0};                    ///< of the rotations that the covariance speaks of, fixed coordinates

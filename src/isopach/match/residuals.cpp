@@ -204,8 +204,8 @@ ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& lo
       const double vertical = above(target, at, there) * view.size, n = vertical * facet.cosine;
       side.n[i] = n;
       const Valued v = value(loss, n);
-      const double trusted = area * trust, weight = trusted * v.weight;
-      sums.area += area;
+      const double counted = area * facet.weight, trusted = counted * trust, weight = trusted * v.weight;
+      sums.area += counted;
       sums.trusted += trusted;
       sums.loss += trusted * v.loss;
       if (weight == 0) continue;
@@ -260,10 +260,11 @@ Information information_of(const ResidualSide& side, const View& view, const Los
   for (std::size_t first = begin; first < end; first += patch) {
     Vector7 score{};
     for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
-      const double weight = nodes.weight[i] * side.trust[first / patch] * value(loss, side.n[i]).weight;
-      if (std::isnan(side.n[i]) || !(weight > 0)) continue;
-      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
+      if (std::isnan(side.n[i])) continue;
       const Facet& f = target.facets[side.hint[i]];
+      const double weight = nodes.weight[i] * f.weight * side.trust[first / patch] * value(loss, side.n[i]).weight;
+      if (!(weight > 0)) continue;
+      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
       if (noise > 0) {  // the facets as they are, so that what their noise adds is known
         const double cosine = 1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy);
         sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(f.gx, f.gy, cosine), side.n[i]), weight);

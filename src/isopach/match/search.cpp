@@ -129,9 +129,6 @@ class Solver {
     ++evaluations;
     const bool overlaps = next.sums.area >= least_overlap_kept * at.sums.area;
     is_fresh_ = overlaps && guarded_loss(next.sums, at.sums) <= mean_loss(at.sums);
-    if (getenv("TRACE"))
-      fmt::print("step {:.3e} loss {:.6e} -> {:.6e} {}\n", step.norm(), mean_loss(at.sums),
-                 guarded_loss(next.sums, at.sums), is_fresh_);
     if (!is_fresh_) return false;
     at = std::move(next);
     ++accepted;
@@ -224,7 +221,7 @@ class Levels {
     for (std::size_t run = level_factor; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
     copies_.resize(runs.size());
     const auto copy = [&](const MatchSurface& s, std::size_t run) {
-      return thinned(s.xy, s.z, std::min(run, std::max<std::size_t>(1, s.xy.size() / 64)), trim, context);
+      return thinned(s, std::min(run, std::max<std::size_t>(1, s.xy.size() / 64)), trim, context);
     };
     for (std::size_t k = 0; k < runs.size(); ++k)
       both([&] { copies_[k][0] = copy(moving, runs[k]); }, [&] { copies_[k][1] = copy(fixed, runs[k]); });
@@ -352,7 +349,6 @@ class Search {
                      : result_.converged
                          ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent_)
                          : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
-    if (getenv("TRACE")) fmt::print("{} evaluations on all points\n", s.evaluations);
     s.refresh();
     result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
     judge(residuals.information(s.at.motion, s.loss, 0, context_), residuals.length());

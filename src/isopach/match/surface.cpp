@@ -75,10 +75,15 @@ void smooth_slopes(MatchSurface& s) {
     const double x = (slopes[v[0]].x + slopes[v[1]].x + slopes[v[2]].x) / 3,
                  y = (slopes[v[0]].y + slopes[v[1]].y + slopes[v[2]].y) / 3;
     f.smooth_gx = static_cast<float>(x), f.smooth_gy = static_cast<float>(y);
-    if (std::getenv("RAW")) f.smooth_gx = f.gx, f.smooth_gy = f.gy;
     f.cosine =
         static_cast<float>(1 / std::sqrt(1 + (double)f.smooth_gx * f.smooth_gx + (double)f.smooth_gy * f.smooth_gy));
   });
+}
+
+void describe_facets(MatchSurface& s) {
+  s.weight = node_areas(s.t, s.xy, s.footprint);
+  facet_slopes(s);
+  smooth_slopes(s);
 }
 
 }  // namespace
@@ -90,38 +95,73 @@ MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box
   s.z = std::move(z);
   s.t = triangulate(s.xy, box, context);
   s.footprint = footprint(s.t, s.xy, trim, max_edge, context);
-  s.weight = node_areas(s.t, s.xy, s.footprint);
-  facet_slopes(s);
-  smooth_slopes(s);
+  describe_facets(s);
   return s;
 }
 
-MatchSurface thinned(std::span<const Point2> xy, std::span<const double> z, std::size_t run, bool trim,
-                     const Context& context) {
-  const std::size_t n = (xy.size() + run - 1) / run;
-  Array<Point3> means(n);
-  for_each_index(n, [&](std::size_t i) {
-    const std::size_t begin = i * run, end = std::min(xy.size(), begin + run);
-    Point3 sum{0, 0, 0};
-    for (std::size_t k = begin; k < end; ++k) sum = {sum.x + xy[k].x, sum.y + xy[k].y, sum.z + z[k]};
-    const auto count = static_cast<double>(end - begin);
-    means[i] = {sum.x / count, sum.y / count, sum.z / count};
+MatchSurface make_surface(Array<Point2> xy, Array<double> z, Triangulation t, const Array<unsigned char>& kept) {
+  MatchSurface s;
+  s.xy = std::move(xy);
+  s.z = std::move(z);
+  s.t = std::move(t);
+  s.footprint.removed.resize(kept.size());
+  for_each_index(kept.size(), [&](std::size_t i) { s.footprint.removed[i] = kept[i] == 0 ? 1 : 0; });
+  describe_facets(s);
+  return s;
+}
+
+void weigh(MatchSurface& s, Array<double> mu) {
+  s.mu = std::move(mu);
+  for_each_index(s.mu.size(), [&](std::size_t i) { s.weight[i] *= s.mu[i]; });
+  for_each_index(s.t.real, [&](std::size_t i) {
+    const auto& v = s.t.triangles[i].v;
+    s.facets[i].weight = static_cast<float>((s.mu[v[0]] + s.mu[v[1]] + s.mu[v[2]]) / 3);
   });
+}
+
+Array<double> steepness(const MatchSurface& s) {
+  const Array<Slope> slopes = node_slopes(s);
+  Array<double> steep(slopes.size());
+  for_each_index(slopes.size(), [&](std::size_t i) { steep[i] = std::hypot(slopes[i].x, slopes[i].y); });
+  return steep;
+}
+
+MatchSurface thinned(const MatchSurface& s, std::size_t run, bool trim, const Context& context) {
+  const std::size_t n = (s.xy.size() + run - 1) / run;
+  const bool is_weighted = !s.mu.empty();
+  struct Mean {
+    double z, mu;
+  };
   Array<Point2> places(n);
-  for_each_index(n, [&](std::size_t i) { places[i] = {means[i].x, means[i].y}; });
+  Array<Mean> means(n);
+  for_each_index(n, [&](std::size_t i) {
+    const std::size_t begin = i * run, end = std::min(s.xy.size(), begin + run);
+    Point3 sum{0, 0, 0};
+    double mu = 0;
+    for (std::size_t k = begin; k < end; ++k) {
+      sum = {sum.x + s.xy[k].x, sum.y + s.xy[k].y, sum.z + s.z[k]};
+      if (is_weighted) mu += s.mu[k];
+    }
+    const auto count = static_cast<double>(end - begin);
+    places[i] = {sum.x / count, sum.y / count};
+    means[i] = {sum.z / count, mu / count};
+  });
   Box2 bounds;
   for (const Point2& p : places) bounds.add(p);
   const CurveBox box = curve_box(bounds);
   Array<Point2> sorted;
   const Array<Index> order = curve_order(places, box, nullptr, &sorted);
   Array<Point2> nodes;
-  Array<double> heights;
+  Array<double> heights, mu;
   for (std::size_t i = 0; i < n; ++i) {
     if (i > 0 && sorted[i] == sorted[i - 1]) continue;
     nodes.push_back(sorted[i]);
     heights.push_back(means[order[i]].z);
+    if (is_weighted) mu.push_back(means[order[i]].mu);
   }
-  return make_surface(std::move(nodes), std::move(heights), box, trim, 0, context);
+  MatchSurface thin = make_surface(std::move(nodes), std::move(heights), box, trim, 0, context);
+  if (is_weighted) weigh(thin, std::move(mu));
+  return thin;
 }
 
 }  // namespace isopach

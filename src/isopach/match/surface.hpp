@@ -1,7 +1,6 @@
 // MatchSurface: a scan as the search sees it, in frame coordinates: nodes, triangulation, what its sampling supports,
 // and the area each node stands for.
 #pragma once
-#include <span>
 
 #include "isopach/base/context.hpp"
 #include "isopach/delaunay/triangulation.hpp"
@@ -16,6 +15,7 @@ namespace isopach {
 struct Facet {
   double gx = 0, gy = 0;               ///< slope
   float smooth_gx = 0, smooth_gy = 0;  ///< mean over its corners of the mean slope around each, by area
+  float weight = 1;                    ///< of the user, mean over its corners
   float cosine = 0;                    ///< of the smoothed slope; 0: no surface here (not kept, or too thin)
 };
 
@@ -26,15 +26,26 @@ struct MatchSurface {
   Footprint footprint;   ///< triangles that the sampling supports
   Array<double> weight;  ///< by node: a third of the areas of its kept triangles; 0 where it has none
   Array<Facet> facets;   ///< by real triangle
+  Array<double> mu;      ///< by node: weight of the user, which `weight` holds already; empty: 1
 };
 
 /// Nodes in curve order of `box`. `trim`, `max_edge` as in overlay/border.hpp. Cost O(n log n).
 [[nodiscard]] MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box, bool trim,
                                         double max_edge, const Context& context);
 
+/// The same of what is triangulated already; `kept`: one flag per real triangle, empty if all are. Cost O(n).
+[[nodiscard]] MatchSurface make_surface(Array<Point2> xy, Array<double> z, Triangulation t,
+                                        const Array<unsigned char>& kept);
+
+/// A weight of 0 or more for each node: the area that it stands for counts so many times, and so does what lies over
+/// the facets around it.
+void weigh(MatchSurface& s, Array<double> mu);
+
+/// Rise over run at each node, mean of the facets around it by area.
+[[nodiscard]] Array<double> steepness(const MatchSurface& s);
+
 /// The surface through the means of `run` nodes in a row each (they are neighbours: the nodes are in curve order):
 /// smoother and `run` times thinner.
-[[nodiscard]] MatchSurface thinned(std::span<const Point2> xy, std::span<const double> z, std::size_t run, bool trim,
-                                   const Context& context);
+[[nodiscard]] MatchSurface thinned(const MatchSurface& s, std::size_t run, bool trim, const Context& context);
 
 }  // namespace isopach

@@ -112,6 +112,8 @@ Json parameters_json(const Matching& m) {
           {"max_iterations", o.max_iterations},
           {"tolerance", real(o.tolerance > 0 ? o.tolerance : default_match_tolerance)},
           {"pairs", pairs_json(m)},
+          {"pose_only", !o.judge},
+          {"weight", text_or_null(to_text(c.weight))},
           {"border", to_text(c.border)},
           {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
           {"duplicates", to_text(c.project.duplicates)},
@@ -156,6 +158,8 @@ std::array<double, 3> deviations(const Matching& m, std::size_t first) {
 
 }  // namespace
 
+Point3 shift_of_centre(const Matching& m) { return shift_at(m.pose, m.centre); }
+
 std::string match_json(const Matching& m, const std::vector<std::string>& outputs) {
   Json history = Json::array();
   for (const MatchStep& s : m.history)
@@ -188,13 +192,17 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
 
 std::string match_text(const Matching& m) {
   const std::string unit = unit_text(m.unit);
-  std::string out =
-      fmt::format("{} on {}: mean |d| (rho) {} {}, before {} {}\n", input_name(m.moving), input_name(m.fixed),
-                  number(m.after.rho, plain), unit, number(m.before.rho, plain), unit);
+  std::string out = fmt::format("{} on {}", input_name(m.moving), input_name(m.fixed));
+  if (m.options.judge)
+    out += fmt::format(": mean |d| (rho) {} {}, before {} {}", number(m.after.rho, plain), unit,
+                       number(m.before.rho, plain), unit);
+  out += "\n";
   for (const InputSummary* in : {&m.moving, &m.fixed})
     line(out, in->role.c_str(), fmt::format("{}: {} points", input_name(*in), count(in->points, plain)));
-  line(out, "before", fit_line(m.before, unit));
-  line(out, "after", fit_line(m.after, unit));
+  if (m.options.judge) {
+    line(out, "before", fit_line(m.before, unit));
+    line(out, "after", fit_line(m.after, unit));
+  }
   const Point3 shift = shift_at(m.pose, m.centre);
   line(out, "rotation", fmt::format("{} degrees", number(angle_of(m), plain, 6)));
   line(out, "shift",

@@ -1,0 +1,220 @@
+// How often matching ends where it should: match_accuracy_bench [STARTS [POINTS [FOLDER]]] writes
+// docs/matching-benchmark.md, or the same file into FOLDER.
+//
+// Every start has scans of its own (seed of the noise and of the sampling), cut to an overlap of its own, moved by a
+// rotation and a shift of its own. Beside what matching reaches stands what no method could better: the Cramér-Rao
+// bound of the rigid motion, from the slopes of the surface itself, the number of points and the noise.
+#include <fmt/format.h>
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <cstdlib>
+#include <fstream>
+#include <numbers>
+#include <string>
+#include <vector>
+
+#include "isopach/base/random.hpp"
+#include "isopach/compare/compare.hpp"
+#include "isopach/match/match.hpp"
+#include "isopach/simulate/bump.hpp"
+#include "isopach/simulate/scene.hpp"
+#include "tests/match/poses.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr double degree_target = 0.005, shift_target = 2e-5;
+
+struct Pair {
+  std::string name, scene, variant;
+  double extent, noise;  // noise: a thousandth of the relief
+  double share_b;        // points of B over points of A
+  double changed = 0;    // share of the area under a hill that only B has
+  double degrees = 10;   // largest rotation
+  bool about_axis = false;
+};
+
+const std::vector<Pair> pairs{{"terrain", "relief", "unchanged", 1000, 0.07, 1},
+                              {"terrain, B half as dense", "relief", "unchanged", 1000, 0.07, 0.5},
+                              {"face", "face", "", 236, 0.1, 1},
+                              {"face, B half as dense", "face", "", 236, 0.1, 0.5}};
+
+struct Numbers {
+  RandomStream random;
+  std::uint64_t next = 0;
+  explicit Numbers(std::uint64_t seed) : random(seed, 77) {}
+  double uniform(double from, double to) { return from + (to - from) * random.uniform(next++); }
+  double normal() { return random.normal(1000 + next++); }
+};
+
+Point3 direction(Numbers& numbers) {
+  const double z = numbers.uniform(-1, 1), angle = numbers.uniform(0, 2 * std::numbers::pi), r = std::sqrt(1 - z * z);
+  return {r * std::cos(angle), r * std::sin(angle), z};
+}
+
+// The part of a cloud below the quantile `share` of its places along (c, s), or above that of 1 − share.
+Cloud part(const Cloud& cloud, double c, double s, double share, bool lower) {
+  std::vector<double> along;
+  for (const Point3& p : cloud.points) along.push_back(c * p.x + s * p.y);
+  std::vector<double> sorted = along;
+  const double q = lower ? share : 1 - share;
+  const auto at = sorted.begin() + static_cast<std::ptrdiff_t>(q * static_cast<double>(sorted.size() - 1));
+  std::nth_element(sorted.begin(), at, sorted.end());
+  Cloud out;
+  for (std::size_t i = 0; i < along.size(); ++i)
+    if (lower ? along[i] <= *at : along[i] >= *at) out.points.push_back(cloud.points[i]);
+  return out;
+}
+
+struct Start {
+  Cloud fixed, still, moving;  // still: MOVING where it belongs
+  Pose away;
+  Point3 middle;
+  double volume = 0;  // of the hill
+};
+
+Start make_start(const Pair& pair, std::size_t n, std::uint64_t seed, double least_overlap) {
+  Context context;
+  context.seed = seed;
+  SceneOptions o;
+  o.points_a = n, o.points_b = static_cast<std::size_t>(pair.share_b * static_cast<double>(n));
+  o.noise_a = o.noise_b = pair.noise;
+  o.variant = pair.variant;
+  Scene scene = make_scene(pair.scene, o, context);
+  Numbers numbers(seed);
+  const double overlap = numbers.uniform(least_overlap, 1), share = 1 / (2 - overlap);
+  const double angle = numbers.uniform(0, 2 * std::numbers::pi), c = std::cos(angle), s = std::sin(angle);
+  Start start;
+  if (pair.changed > 0) {  // a hill of ellipse π a b, so high that it is no noise: a hundredth of the extent
+    const Point3 m = test::middle_of(scene.b);
+    Bump hill{{m.x + 0.1 * pair.extent, m.y - 0.05 * pair.extent}, 0.01 * pair.extent, 0, 0, {c, s}, 0, 0.5};
+    hill.b = pair.extent * std::sqrt(pair.changed / (2 * std::numbers::pi)), hill.a = 2 * hill.b;
+    for (Point3& p : scene.b.points) p.z += hill.at(p.x, p.y);
+    start.volume = hill.volume();
+  }
+  start.fixed = part(scene.a, c, s, share, true);
+  start.still = part(scene.b, c, s, share, false);
+  start.middle = test::middle_of(start.still);
+  const Point3 along = direction(numbers), axis = pair.about_axis ? Point3{0, 0, 1} : direction(numbers);
+  const double far = numbers.uniform(0, 0.05) * pair.extent;
+  start.away = test::turn_and_shift(axis, numbers.uniform(-pair.degrees, pair.degrees), start.middle,
+                                    {far * along.x, far * along.y, far * along.z});
+  start.moving = test::posed(start.still, start.away);
+  return start;
+}
+
+using Matrix6 = Eigen::Matrix<double, 6, 6>;
+
+// Covariance of the motion of the best unbiased estimator: differences of heights of the two scans, as many as points
+// of both allow, with the slopes of the surface itself.
+Matrix6 bound(const Pair& pair, const Start& start) {
+  const auto surface = scene_surface(pair.scene, pair.variant, 1);
+  Box2 a, b;
+  for (const Point3& p : start.fixed.points) a.add(Point2{p.x, p.y});
+  const double per_difference = pair.noise * pair.noise * (1 + pair.share_b);
+  Matrix6 information = Matrix6::Zero();
+  const double h = 1e-4 * pair.extent;
+  for (const Point3& p : start.still.points) {
+    if (p.x < a.min.x || p.x > a.max.x || p.y < a.min.y || p.y > a.max.y) continue;
+    const double gx = (surface(p.x + h, p.y) - surface(p.x - h, p.y)) / (2 * h),
+                 gy = (surface(p.x, p.y + h) - surface(p.x, p.y - h)) / (2 * h);
+    if (!std::isfinite(gx) || !std::isfinite(gy)) continue;
+    const Eigen::Vector3d arm(p.x - start.middle.x, p.y - start.middle.y, p.z - start.middle.z), up(-gx, -gy, 1);
+    Eigen::Matrix<double, 6, 1> j;
+    j << arm.cross(up), up;
+    information += j * j.transpose() / per_difference;
+  }
+  return information.inverse();
+}
+
+struct Found {
+  double degrees = 0, shift = 0;  // shift as a share of the extent
+  bool converged = false;
+  double bound_degrees = 0, bound_shift = 0, bound_reached = 0;
+  double own_degrees = 0;  // what matching says of itself
+  bool reached() const { return degrees <= degree_target && shift <= shift_target; }
+};
+
+// How often a normal error with this covariance is within the targets.
+double share_within(const Matrix6& covariance, double extent) {
+  const Eigen::Matrix<double, 6, 6> root = covariance.llt().matrixL();
+  Numbers numbers(5);
+  constexpr int draws = 400;
+  int within = 0;
+  for (int i = 0; i < draws; ++i) {
+    Eigen::Matrix<double, 6, 1> z;
+    for (int k = 0; k < 6; ++k) z(k) = numbers.normal();
+    const Eigen::Matrix<double, 6, 1> e = root * z;
+    if (e.head<3>().norm() * 180 / std::numbers::pi <= degree_target && e.tail<3>().norm() <= shift_target * extent)
+      ++within;
+  }
+  return static_cast<double>(within) / draws;
+}
+
+Found try_start(const Pair& pair, const Start& start, bool with_bound) {
+  MatchOptions options;
+  options.compare.check_layers = false;
+  options.judge = false;
+  const Matching m = match(start.moving, start.fixed, options, {});
+  const test::PoseError error = test::off_identity(test::chained(m.pose, start.away), start.middle);
+  Found f;
+  f.degrees = error.degrees, f.shift = error.shift / pair.extent, f.converged = m.converged;
+  double own = 0;
+  for (std::size_t k = 0; k < 3; ++k) own += m.covariance[7 * k];
+  f.own_degrees = std::sqrt(own) * 180 / std::numbers::pi;
+  if (!with_bound) return f;
+  const Matrix6 c = bound(pair, start);
+  f.bound_degrees = std::sqrt(c.topLeftCorner<3, 3>().trace()) * 180 / std::numbers::pi;
+  f.bound_shift = std::sqrt(c.bottomRightCorner<3, 3>().trace()) / pair.extent;
+  f.bound_reached = share_within(c, pair.extent);
+  return f;
+}
+
+double rms(const std::vector<Found>& all, double Found::*what) {
+  double sum = 0;
+  for (const Found& f : all) sum += f.*what * (f.*what);
+  return std::sqrt(sum / static_cast<double>(all.size()));
+}
+
+double quantile(std::vector<Found> all, double Found::*what, double q) {
+  std::sort(all.begin(), all.end(), [&](const Found& a, const Found& b) { return a.*what < b.*what; });
+  return all[static_cast<std::size_t>(q * static_cast<double>(all.size() - 1))].*what;
+}
+
+std::string accuracy(std::size_t starts, std::size_t n, std::uint64_t first_seed) {
+  std::string text =
+      "| pair | points of A | starts | reached | by the bound | rotation: median, 95 %, worst | shift: median, 95 %, "
+      "worst | rotation, rms: found, said, bound |\n|---|---|---|---|---|---|---|---|\n";
+  for (const Pair& pair : pairs) {
+    std::vector<Found> all;
+    double reached = 0, possible = 0;
+    for (std::size_t i = 0; i < starts; ++i) {
+      all.push_back(try_start(pair, make_start(pair, n, first_seed + i, 0.6), true));
+      reached += all.back().reached(), possible += all.back().bound_reached;
+    }
+    const auto count = static_cast<double>(starts);
+    text += fmt::format(
+        "| {} | {} | {} | {:.1f} % | {:.1f} % | {:.4f}°, {:.4f}°, {:.4f}° | {:.1e}, {:.1e}, {:.1e} | {:.4f}°, {:.4f}°, "
+        "{:.4f}° |\n",
+        pair.name, n, starts, 100 * reached / count, 100 * possible / count, quantile(all, &Found::degrees, 0.5),
+        quantile(all, &Found::degrees, 0.95), quantile(all, &Found::degrees, 1), quantile(all, &Found::shift, 0.5),
+        quantile(all, &Found::shift, 0.95), quantile(all, &Found::shift, 1), rms(all, &Found::degrees),
+        rms(all, &Found::own_degrees), rms(all, &Found::bound_degrees));
+    fmt::print("{}", text.substr(text.rfind("\n| ") + 1));
+    std::fflush(stdout);
+  }
+  return text;
+}
+
+}  // namespace
+}  // namespace isopach
+
+int main(int argc, char** argv) {
+  using namespace isopach;
+  const auto starts = static_cast<std::size_t>(argc > 1 ? std::atof(argv[1]) : 200);
+  const auto n = static_cast<std::size_t>(argc > 2 ? std::atof(argv[2]) : 1e5);
+  const std::string text = accuracy(starts, n, 1);
+  return 0;
+}
