@@ -159,6 +159,10 @@ Found try_start(const Pair& pair, const Start& start, bool with_bound) {
   options.judge = false;
   const Matching m = match(start.moving, start.fixed, options, {});
   const test::PoseError error = test::off_identity(test::chained(m.pose, start.away), start.middle);
+  if (error.degrees > 0.01) {
+    fmt::print("LOST {} {} {}: {} deg, overlap {:.2f}, {} steps, share {:.2f}\n", pair.name, start.moving.points.size(), start.fixed.points.size(), error.degrees, 0.0, m.iterations, m.overlap);
+    for (auto& w : m.weak_directions) fmt::print("   {}\n", w);
+  }
   Found f;
   f.degrees = error.degrees, f.shift = error.shift / pair.extent, f.converged = m.converged;
   double own = 0;
@@ -215,6 +219,6 @@ int main(int argc, char** argv) {
   using namespace isopach;
   const auto starts = static_cast<std::size_t>(argc > 1 ? std::atof(argv[1]) : 200);
   const auto n = static_cast<std::size_t>(argc > 2 ? std::atof(argv[2]) : 1e5);
-  const std::string text = accuracy(starts, n, 1);
+  const std::string text = accuracy(starts, n, argc > 3 ? std::atoi(argv[3]) : 1);
   return 0;
 }

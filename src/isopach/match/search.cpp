@@ -175,14 +175,20 @@ struct Weak {
   bool noise;    // no more than noise gives
 };
 
-// Eigenvectors of the information within `basis` that hold less than they should.
-std::vector<Weak> weak_within(const Information& info, const Basis& basis, bool against_noise) {
+double largest_within(const Information& info, const Basis& basis) {
+  if (basis.cols() == 0) return 0;
+  const Eigen::MatrixXd h = basis.transpose() * matrix(info.h) * basis;
+  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(h, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+}
+
+// Eigenvectors of the information within `basis` that hold less than they should, of `largest` (the most that any
+// motion holds).
+std::vector<Weak> weak_within(const Information& info, const Basis& basis, double largest, bool against_noise) {
   std::vector<Weak> found;
   if (basis.cols() == 0) return found;
   const Eigen::MatrixXd h = basis.transpose() * matrix(info.h) * basis;
   const Eigen::MatrixXd noise = basis.transpose() * matrix(info.noise) * basis;
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(h);
-  const double largest = solver.eigenvalues().maxCoeff();
   for (int k = 0; k < h.cols(); ++k) {
     const Eigen::VectorXd v = solver.eigenvectors().col(k);
     const double own = solver.eigenvalues()(k), by_noise = v.dot(noise * v);
@@ -268,25 +274,14 @@ class Search {
         basis_(basis_of(options.freedom)) {}
 
   SearchResult run() {
-    result_.centre = centre_;
-    for (std::size_t k = 0; k < levels_.count(); ++k) {
-      Residuals residuals(levels_.moving(k), levels_.fixed(k), centre_, extent_ / 4);
-      Solver s(residuals, basis_, context_);
-      s.start(motion_);
-      if (!(s.at.sums.area > 0)) {
-        if (!levels_.is_finest(k)) continue;
-        throw OverlapError(
-            "the scans do not overlap at the start: check their coordinate systems, give a start with "
-            "--start, or let one be found with --coarse");
-      }
-      if (!levels_.is_finest(k) || k == 0) find_basin(residuals, s, k == 0);
-      if (levels_.is_finest(k)) {
-        finish(residuals, s);
-      } else {
-        settle(residuals, s, !everything(), 8, 2, 1e-4 * extent_);
-      }
-      motion_ = s.at.motion;
-      result_.iterations += s.accepted;
+    doubtful_ = basis_;
+    pass();
+    if (doubtful_.cols() > 0) {  // once more without what no level holds: it stays as it was at the start
+      frozen_ = doubtful_;
+      for (int c = 0; c < frozen_.cols(); ++c) basis_ = without(basis_, frozen_.col(c));
+      result_ = {};
+      motion_ = {};
+      pass();
     }
     result_.motion = motion_;
     return std::move(result_);
@@ -318,27 +313,52 @@ class Search {
     }
   }
 
-  // What the smoothest level does not hold is not searched for on finer ones.
-  void find_basin(Residuals& residuals, Solver& s, bool is_first) {
-    settle(residuals, s, false, 20, 3, 1e-4 * extent_);
-    if (!is_first) return;
+  // All levels, from the thinnest to the scans themselves.
+  void pass() {
+    result_.centre = centre_;
+    for (std::size_t k = 0; k < levels_.count(); ++k) {
+      Residuals residuals(levels_.moving(k), levels_.fixed(k), centre_, extent_ / 4);
+      Solver s(residuals, basis_, context_);
+      s.start(motion_);
+      if (!(s.at.sums.area > 0)) {
+        if (!levels_.is_finest(k)) continue;
+        throw OverlapError(
+            "the scans do not overlap at the start: check their coordinate systems, give a start with "
+            "--start, or let one be found with --coarse");
+      }
+      if (!levels_.is_finest(k) || k == 0) settle(residuals, s, false, 20, 3, 1e-4 * extent_);
+      if (levels_.is_finest(k)) {
+        finish(residuals, s);
+      } else {
+        settle(residuals, s, !everything(), 8, 2, 1e-4 * extent_);
+        doubt(residuals, s);
+      }
+      motion_ = s.at.motion;
+      result_.iterations += s.accepted;
+    }
+  }
+
+  // Of the motions that no level before has held, those that this one does not hold either: what it knows of them is
+  // no more than noise gives. Each level has its say: a thin one misses detail, a dense one has noise in every slope.
+  void doubt(Residuals& residuals, Solver& s) {
+    if (doubtful_.cols() == 0 || frozen_.cols() > 0) return;
     s.refresh();
     const Information info =
         residuals.information(s.at.motion, s.loss, std::max(floor(), residuals.spread()), context_);
-    for (const Weak& w : weak_within(info, basis_, true)) {
+    Basis still(7, 0);
+    for (const Weak& w : weak_within(info, doubtful_, largest_within(info, basis_), true)) {
       if (!w.noise) continue;
-      frozen_.push_back(w);
-      basis_ = without(basis_, w.direction);
+      still.conservativeResize(Eigen::NoChange, still.cols() + 1);
+      still.col(still.cols() - 1) = w.direction;
     }
-    if (frozen_.empty()) return;
-    s.start(Motion{});
-    settle(residuals, s, false, 20, 3, 1e-4 * extent_);
+    doubtful_ = still;
   }
 
   // All points: the weights settle, then one fixed objective to the end.
   void finish(Residuals& residuals, Solver& s) {
     const double tolerance = (options_.tolerance > 0 ? options_.tolerance : default_match_tolerance) * extent_;
     settle(residuals, s, !everything(), 6, 1, 1e-5 * extent_);
+    doubt(residuals, s);
     reweigh(residuals, s, !everything());
     s.history = &result_.history;
     s.note();
@@ -358,10 +378,10 @@ class Search {
 
   // Covariance and weakly held directions.
   void judge(const Information& info, double length) {
-    for (const Weak& w : frozen_)
-      result_.weak_directions.push_back(words(w, axes_) +
+    for (int c = 0; c < frozen_.cols(); ++c)
+      result_.weak_directions.push_back(words({frozen_.col(c), 0, true}, axes_) +
                                         " is not determined by the scans and was left as it was at the start");
-    for (const Weak& w : weak_within(info, basis_, false))
+    for (const Weak& w : weak_within(info, basis_, largest_within(info, basis_), false))
       result_.weak_directions.push_back(words(w, axes_) + " is weakly held: it carries " +
                                         fmt::format("{:.1g}", w.share) + " of the information of the strongest motion");
     const Eigen::MatrixXd h = basis_.transpose() * matrix(info.h) * basis_;
@@ -384,7 +404,7 @@ class Search {
   Levels levels_;
   Basis basis_;
   Motion motion_;
-  std::vector<Weak> frozen_;
+  Basis doubtful_{7, 0}, frozen_{7, 0};  // frozen: not searched for
   SearchResult result_;
 };
 
