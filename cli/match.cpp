@@ -205,6 +205,8 @@ void refuse_match_options(const MatchOptions& options, const std::string& withou
   const auto refuse = [&](bool given, const char* name) {
     if (given) throw UsageError(fmt::format("{}: it says how to match: give it with {}", name, without));
   };
+  refuse(options.objective != plain.objective, "--objective");
+  refuse(options.coarse, "--coarse");
   refuse(options.overlap != plain.overlap, "--overlap");
   refuse(f.shift_x != g.shift_x || f.shift_y != g.shift_y || f.shift_z != g.shift_z || f.turn_x != g.turn_x ||
              f.turn_y != g.turn_y || f.turn_z != g.turn_z || f.scale != g.scale,
