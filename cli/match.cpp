@@ -197,7 +197,22 @@ void add_match_options(Command& command, MatchOptions& options) {
               "The search has converged when a step moves the scan by less than this share of its extent (default "
               "1e-8)")
       ->check(positive());
-  add_pair_options(command, options.icp);
+}
+
+void refuse_match_options(const MatchOptions& options, const std::string& without) {
+  const MatchOptions plain;
+  const Freedom &f = options.freedom, &g = plain.freedom;
+  const auto refuse = [&](bool given, const char* name) {
+    if (given) throw UsageError(fmt::format("{}: it says how to match: give it with {}", name, without));
+  };
+  refuse(options.objective != plain.objective, "--objective");
+  refuse(options.coarse, "--coarse");
+  refuse(options.overlap != plain.overlap, "--overlap");
+  refuse(f.shift_x != g.shift_x || f.shift_y != g.shift_y || f.shift_z != g.shift_z || f.turn_x != g.turn_x ||
+             f.turn_y != g.turn_y || f.turn_z != g.turn_z || f.scale != g.scale,
+         "--freedom");
+  refuse(options.max_iterations != plain.max_iterations, "--max-iterations");
+  refuse(options.tolerance != plain.tolerance, "--tolerance");
 }
 
 void refuse_match_options(const MatchOptions& options, const std::string& without) {
@@ -240,6 +255,7 @@ int run_match(const Arguments& arguments) {
       "Weight of 0 or more of what is fitted: a formula of x, y, z1, z2, slope1, slope2 at the points of FIXED; an "
       "attribute of the points, of MOVING if it has it, else of FIXED, or @a:NAME (FIXED), @b:NAME (MOVING); a raster");
   add_match_options(command, request.options);
+  add_pair_options(command, request.options.icp);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.start.empty() && request.options.coarse)

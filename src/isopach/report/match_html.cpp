@@ -85,6 +85,7 @@ class MatchPage : HtmlPage {
     }
     const bool is_wide = high > 3 * low;  // then a logarithmic axis
     const auto scaled = [&](double v) { return is_wide ? std::log10(std::max(v, 1e-300)) : v; };
+    if (!is_wide) low = 0;  // no drama where little happens
     const double from = scaled(low), to = scaled(high), span = to > from ? to - from : 1;
     const auto x = [&](std::size_t i) {
       return left + (width - left - right) * static_cast<double>(i) / static_cast<double>(steps.size() - 1);
