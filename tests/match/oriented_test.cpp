@@ -25,17 +25,46 @@ TEST(Oriented, NormalsAreLeastSquaresOverTheNearest) {
     for (std::size_t k = 0; k < o.points.size(); ++k)
       near.emplace_back(squared_length(o.points[k] - o.points[i]), static_cast<Index>(k));
     std::sort(near.begin(), near.end());
-    Eigen::MatrixXd d(3, normal_neighbours);
-    for (std::size_t k = 0; k < normal_neighbours; ++k) {
-      const Point3& p = o.points[near[k].second];
-      d.col(static_cast<Eigen::Index>(k)) << p.x, p.y, p.z;
+    Eigen::JacobiSVD<Eigen::MatrixXd> svd;
+    for (std::size_t count = normal_neighbours; count <= 8 * normal_neighbours; count *= 2) {
+      Eigen::MatrixXd d(3, count);
+      for (std::size_t k = 0; k < count; ++k) {
+        const Point3& p = o.points[near[k].second];
+        d.col(static_cast<Eigen::Index>(k)) << p.x, p.y, p.z;
+      }
+      d.colwise() -= d.rowwise().mean().eval();
+      svd.compute(d, Eigen::ComputeFullU);
+      if (std::pow(svd.singularValues()(1) / svd.singularValues()(0), 2) > 0.1) break;
     }
-    d.colwise() -= d.rowwise().mean().eval();
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(d, Eigen::ComputeFullU);
     const Eigen::Vector3d n = svd.matrixU().col(2);
     if (svd.singularValues()(1) - svd.singularValues()(2) < 0.05) continue;  // no plane stands out
     EXPECT_NEAR(std::fabs(dot(o.normals[i], {n(0), n(1), n(2)})), 1, 1e-9);
   }
+}
+
+TEST(Oriented, RingsOfAScannerHaveNormals) {
+  test::Random random(1);
+  Cloud rings;  // on a slope, ten times denser along than across
+  for (int ring = 0; ring < 20; ++ring)
+    for (int i = 0; i < 400; ++i)
+      rings.points.push_back({0.01 * i, 0.1 * ring, 0.05 * ring + 0.0005 * random.uniform(-1, 1)});
+  const OrientedCloud o = oriented(rings);
+  for (const Point3& n : o.normals) EXPECT_GT(std::fabs(dot(n, {0, -0.44721, 0.89443})), 0.999);
+}
+
+// A point of a part four times as dense stands for a quarter of the area.
+TEST(Oriented, AreasAreThoseOfTheSurface) {
+  Cloud cloud;
+  for (const Point2& p : test::uniform(2000, 1)) cloud.points.push_back({p.x, p.y, 0});
+  for (const Point2& p : test::uniform(8000, 2)) cloud.points.push_back({p.x + 1, p.y, 0});
+  const OrientedCloud o = oriented(cloud);
+  double sparse = 0, all = 0;
+  for (std::size_t i = 0; i < o.points.size(); ++i) {
+    all += o.areas[i];
+    if (o.points[i].x < 1) sparse += o.areas[i];
+  }
+  EXPECT_NEAR(all, 10000, 1e-6);
+  EXPECT_NEAR(sparse / all, 0.5, 0.02);
 }
 
 TEST(Oriented, BoundaryOfASquare) {

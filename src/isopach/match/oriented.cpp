@@ -6,6 +6,7 @@
 #include <numbers>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/field/filter.hpp"
 
@@ -15,6 +16,9 @@ namespace {
 constexpr std::size_t normal_block = 256;
 constexpr double open_side = 0.8 * std::numbers::pi;
 constexpr std::size_t least_neighbours = 4;
+constexpr std::size_t most_neighbours = 8 * normal_neighbours;
+constexpr double narrow = 0.1;       // variance across over that along: less is more of a line
+constexpr double largest_area = 16;  // in medians: a lone point is not a large surface
 
 /// 21 bits spread to every third place.
 std::uint64_t spread(std::uint64_t x) {
@@ -86,23 +90,19 @@ class Fitter {
     double height = 0;
     bool boundary = true;
     double slope_noise = 0, roughness = 0;
+    double area = 0;  ///< squared distance of the farthest of the first neighbours
   };
   Plane fit(std::size_t i) {
     Plane plane;
-    cloud_.tree->nearest(cloud_.points[i], normal_neighbours, found_);
-    if (found_.size() < least_neighbours) return plane;
+    for (std::size_t k = normal_neighbours; k <= most_neighbours; k *= 2) {
+      cloud_.tree->nearest(cloud_.points[i], k, found_);
+      if (k == normal_neighbours) plane.area = squared_length(cloud_.points[found_.back()] - cloud_.points[i]);
+      if (found_.size() < least_neighbours) return plane;
+      scatter(i);
+      if (solver_.eigenvalues()[1] > narrow * solver_.eigenvalues()[2] || found_.size() < k) break;
+    }
     const Point3 centre = cloud_.points[i];
     const auto n = static_cast<double>(found_.size());
-    Point3 mean{0, 0, 0};
-    for (const Index k : found_) mean = mean + (cloud_.points[k] - centre);
-    mean = (1 / n) * mean;
-    Eigen::Matrix3d scatter = Eigen::Matrix3d::Zero();
-    for (const Index k : found_) {
-      const Point3 d = (cloud_.points[k] - centre) - mean;
-      scatter(0, 0) += d.x * d.x, scatter(1, 0) += d.x * d.y, scatter(1, 1) += d.y * d.y;
-      scatter(2, 0) += d.x * d.z, scatter(2, 1) += d.y * d.z, scatter(2, 2) += d.z * d.z;
-    }
-    solver_.compute(scatter);
     const auto& sizes = solver_.eigenvalues();
     constexpr double line = 1e-12;
     if (!(sizes[1] > line * sizes[2])) return plane;
@@ -117,6 +117,21 @@ class Fitter {
   }
 
  private:
+  /// Second moments of the neighbours found, into solver_.
+  void scatter(std::size_t i) {
+    const Point3 centre = cloud_.points[i];
+    const auto n = static_cast<double>(found_.size());
+    Point3 mean{0, 0, 0};
+    for (const Index k : found_) mean = mean + (cloud_.points[k] - centre);
+    mean = (1 / n) * mean;
+    Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
+    for (const Index k : found_) {
+      const Point3 d = (cloud_.points[k] - centre) - mean;
+      moments(0, 0) += d.x * d.x, moments(1, 0) += d.x * d.y, moments(1, 1) += d.y * d.y;
+      moments(2, 0) += d.x * d.z, moments(2, 1) += d.y * d.z, moments(2, 2) += d.z * d.z;
+    }
+    solver_.compute(moments);
+  }
   [[nodiscard]] Point3 axis(int k) const {
     const auto& v = solver_.eigenvectors();
     return {v(0, k), v(1, k), v(2, k)};
@@ -148,6 +163,16 @@ double median(Array<double>& values) {
   return *middle;
 }
 
+/// Bounded, and with mean 1.
+void even_out(Array<double>& areas) {
+  Array<double> copy = areas;
+  const double most = largest_area * median(copy);
+  Sum sum;
+  for (double& a : areas) a = std::min(a, most), sum.add(a);
+  const double mean = sum.value() / static_cast<double>(areas.size());
+  for (double& a : areas) a = mean > 0 ? a / mean : 1;
+}
+
 }  // namespace
 
 OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project,
@@ -174,6 +199,7 @@ void orient(OrientedCloud& cloud, const Context& context) {
   cloud.normals.resize(n);
   cloud.height.resize(n);
   cloud.boundary.resize(n);
+  cloud.areas.resize(n);
   Array<double> slope_noise(n), roughness(n);
   for_blocks(n, normal_block, [&](std::size_t begin, std::size_t end) {
     Fitter fitter(cloud);
@@ -182,12 +208,14 @@ void orient(OrientedCloud& cloud, const Context& context) {
       cloud.normals[i] = plane.normal;
       cloud.height[i] = plane.height;
       cloud.boundary[i] = plane.boundary ? 1 : 0;
+      cloud.areas[i] = plane.area;
       slope_noise[i] = plane.slope_noise;
       roughness[i] = plane.roughness;
     }
   });
   cloud.slope_noise = median(slope_noise);
   cloud.roughness = median(roughness);
+  even_out(cloud.areas);
 }
 
 }  // namespace isopach

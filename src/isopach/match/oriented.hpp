@@ -17,6 +17,7 @@ struct OrientedCloud {
   Array<Point3> normals;          ///< length 1, of either sign; (0, 0, 0) where the neighbours lie on a line
   Array<double> height;           ///< of each point over the plane of its neighbours, along its normal
   Array<unsigned char> boundary;  ///< 1 where the neighbours leave a side open
+  Array<double> areas;            ///< of surface that each stands for, over their mean: dense parts weigh no more
   std::unique_ptr<PointTree> tree;
   double slope_noise = 0;  ///< variance (rad²) of a normal that noise alone gives, median over the points
   double roughness = 0;    ///< distance of the neighbours from the plane, RMS, median over the points
@@ -26,7 +27,8 @@ struct OrientedCloud {
   OrientedCloud& operator=(OrientedCloud&&) = default;
 };
 
-/// Neighbours that a normal is fitted to, the point included.
+/// Neighbours that a normal is fitted to, the point included; doubled, up to eight times as many, while they are more
+/// of a line than a surface: along one ring of a turning scanner the next ring is farther than many points of the same.
 inline constexpr std::size_t normal_neighbours = 16;
 
 /// The kept points of a cloud (project: classes, crop, not finite ones) after `pose`, without normals. `thin` > 0 keeps

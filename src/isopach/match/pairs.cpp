@@ -3,8 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <utility>
+#include <vector>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
 
 namespace isopach {
@@ -20,6 +23,21 @@ double middle_of(Array<double>& values) {
   const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
   std::nth_element(values.begin(), middle, values.end());
   return *middle;
+}
+
+/// The residual that half of the weight lies below.
+template <class Residual>
+double middle_by_weight(const Array<Link>& links, const Residual& residual) {
+  std::vector<std::pair<double, double>> sizes(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) sizes[i] = {residual(links[i]), links[i].weight};
+  std::sort(sizes.begin(), sizes.end());
+  Sum all, sum;
+  for (const auto& [size, weight] : sizes) all.add(weight);
+  for (const auto& [size, weight] : sizes) {
+    sum.add(weight);
+    if (sum.value() >= all.value() / 2) return size;
+  }
+  return 0;
 }
 
 /// How many of the shortest to keep, of lengths² in ascending order, where `all` were asked.
@@ -123,8 +141,10 @@ Array<Link> PairSearch::find(const Motion& motion, std::size_t stride, const Icp
   for (std::size_t i = 0; i < pairs.size(); ++i) {
     const Point3 &q = queries_.points[pairs[i].query], &t = target_.points[pairs[i].partner];
     const Point3& normal = target_.normals[pairs[i].partner];
-    links[i] = inverse_ ? Link{motion.apply(t), q, motion.turn(normal), 1, pairs[i].query}
-                        : Link{motion.apply(q), t, normal, 1, pairs[i].query};
+    const bool alike = options.weights == IcpOptions::Weights::uniform;
+    const double weight = alike ? 1 : queries_.areas[pairs[i].query];
+    links[i] = inverse_ ? Link{motion.apply(t), q, motion.turn(normal), weight, pairs[i].query}
+                        : Link{motion.apply(q), t, normal, weight, pairs[i].query};
   }
   return links;
 }
@@ -135,13 +155,11 @@ void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane) {
     const Point3 d = l.moving - l.fixed;
     return plane ? std::fabs(dot(d, l.normal)) : length(d);
   };
-  Array<double> sizes(links.size());
-  for (std::size_t i = 0; i < links.size(); ++i) sizes[i] = residual(links[i]);
-  const double width = tukey_width * mad_to_sigma * middle_of(sizes);
+  const double width = tukey_width * mad_to_sigma * middle_by_weight(links, residual);
   if (!(width > 0)) return;  // half of them fit exactly: nothing tells good from bad
   for (Link& l : links) {
     const double t = residual(l) / width;
-    l.weight = t < 1 ? (1 - t * t) * (1 - t * t) : 0;
+    l.weight *= t < 1 ? (1 - t * t) * (1 - t * t) : 0;
   }
   links.erase(std::remove_if(links.begin(), links.end(), [](const Link& l) { return l.weight == 0; }), links.end());
 }

@@ -21,9 +21,9 @@ class PairSearch {
   /// `inverse`: the queries are points of FIXED and the target is MOVING.
   PairSearch(const OrientedCloud& queries, const OrientedCloud& target, bool inverse);
 
-  /// Pairs of every `stride`-th query at this place of MOVING, after all rejections but weights (all 1). `overlap`:
-  /// share of the queries to keep, 0: chosen by the least FRMSD (Phillips, Liu, Tomasi 2007). Test:
-  /// tests/match/icp_test.cpp.
+  /// Pairs of every `stride`-th query at this place of MOVING, after all rejections, with the areas of the queries as
+  /// weights (uniform: 1). `overlap`: share of the queries to keep, 0: chosen by the least FRMSD (Phillips, Liu, Tomasi
+  /// 2007). Test: tests/match/icp_test.cpp.
   [[nodiscard]] Array<Link> find(const Motion& motion, std::size_t stride, const IcpOptions& options, double overlap);
 
  private:
@@ -46,7 +46,7 @@ class PairSearch {
   Array<Memory> memory_;
 };
 
-/// Sets the weights by the residuals of the objective (plane: (3), else (1)); drops links of weight 0.
+/// Multiplies the weights by what the residuals of the objective (plane: (3), else (1)) say; drops links of weight 0.
 void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane);
 
 }  // namespace isopach
