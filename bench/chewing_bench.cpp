@@ -4,7 +4,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -29,9 +28,7 @@ void run(const ChewingOptions& o, int threads, std::uint64_t seed) {
   Context context;
   context.threads = threads;
   const double start = cpu();
-  const auto begin = std::chrono::steady_clock::now();
   const SequenceResult r = sequence(source, {}, context);
-  const double wall = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   const double used = cpu() - start;
   const Array<double>& truth = made[0].find_attribute("blend")->values;
   std::size_t outside = 0, right = 0, sure = 0;
@@ -54,30 +51,21 @@ void run(const ChewingOptions& o, int threads, std::uint64_t seed) {
     const double angle = std::hypot(w.x, w.y, w.z) * 180 / std::numbers::pi;
     const Point3 a = f.motion.apply(r.chin), b = true_motion.apply(r.chin);
     const double shift = std::hypot(a.x - b.x, a.y - b.y, a.z - b.z);
-    if (std::getenv("CHEWING_FRAMES") != nullptr)
-      fmt::print("{:2} turn error {:.4f} {:.4f} {:.4f} deg, chin {:.4f} {:.4f} {:.4f} opening {:.2f}\n", f.index,
-                 w.x * 57.3, w.y * 57.3, w.z * 57.3, a.x - b.x, a.y - b.y, a.z - b.z, f.opening * 57.3);
     worst_angle = std::max(worst_angle, angle), worst_shift = std::max(worst_shift, shift);
     sum_angle += angle * angle, sum_shift += shift * shift;
     sigma_angle += f.sigma_angle, sigma_shift += f.sigma_shift;
   }
   const auto n = static_cast<double>(r.used);
-  fmt::print("| {} | {:.0f} | {:g} | {} | {:.2f} % | {:.2f} % | {:.4f}, {:.4f} | {:.4f}, {:.4f} | {:.2f} | {:.2f} |\n",
-             o.frames, static_cast<double>(made[0].points.size()), o.noise, skipped,
-             100.0 * static_cast<double>(right) / static_cast<double>(outside),
-             100.0 * static_cast<double>(sure) / static_cast<double>(outside), std::sqrt(sum_angle / n), worst_angle,
-             std::sqrt(sum_shift / n), worst_shift, used / static_cast<double>(o.frames),
-             wall / static_cast<double>(o.frames));
+  const double degrees = 180 / std::numbers::pi;
+  fmt::print(
+      "| {} | {:.0f} | {:g} | {} | {:.2f} % | {:.2f} % | {:.4f}, {:.4f} ({:.4f}) | {:.4f}, {:.4f} ({:.4f}) | {:.2f} "
+      "|\n",
+      o.frames, static_cast<double>(made[0].points.size()), o.noise, skipped,
+      100.0 * static_cast<double>(right) / static_cast<double>(outside),
+      100.0 * static_cast<double>(sure) / static_cast<double>(outside), std::sqrt(sum_angle / n), worst_angle,
+      degrees * sigma_angle / n, std::sqrt(sum_shift / n), worst_shift, sigma_shift / n,
+      used / static_cast<double>(o.frames));
   std::fflush(stdout);
-  if (std::getenv("CHEWING_FRAMES") != nullptr) {
-    fmt::print("chin {} {} {}  sigma {} deg {} mm\n", r.chin.x, r.chin.y, r.chin.z, sigma_angle / n * 57.3,
-               sigma_shift / n);
-    if (r.hinge)
-      fmt::print("hinge {} {} {} dir {} {} {}\n", r.hinge->point.x, r.hinge->point.y, r.hinge->point.z,
-                 r.hinge->direction.x, r.hinge->direction.y, r.hinge->direction.z);
-    for (const auto& [stage, s] : r.timing.stages) fmt::print("{} {}\n", stage, s);
-    for (const std::string& s : r.warnings) fmt::print("{}\n", s);
-  }
 }
 
 }  // namespace
@@ -88,12 +76,12 @@ int main(int argc, char** argv) {
   if (argc > 2) o.points = static_cast<std::size_t>(std::atol(argv[2]));
   const int threads = argc > 3 ? std::atoi(argv[3]) : 2;
   fmt::print(
-      "| frames | points a frame | noise, mm | skipped | nearer part right | labels right | angle, degrees: RMS, worst "
-      "| "
-      "chin, mm: RMS, worst | CPU s a frame | s a frame |\n|---|---|---|---|---|---|---|---|---|---|\n");
+      "| frames | points a frame | noise, mm | skipped | nearer part right | labels right | angle off, degrees: RMS, "
+      "worst "
+      "(said) | point off, mm: RMS, worst (said) | CPU s a frame |\n|---|---|---|---|---|---|---|---|---|\n");
   for (const double noise : {0.05, 0.1}) {
     o.noise = noise;
-    for (std::uint64_t seed = 1; seed <= 2; ++seed) run(o, threads, seed);
+    run(o, threads, 1);
   }
   return 0;
 }

@@ -215,24 +215,6 @@ void refuse_match_options(const MatchOptions& options, const std::string& withou
   refuse(options.tolerance != plain.tolerance, "--tolerance");
 }
 
-void refuse_match_options(const MatchOptions& options, const std::string& without) {
-  const MatchOptions plain;
-  const Freedom &f = options.freedom, &g = plain.freedom;
-  const auto refuse = [&](bool given, const char* name) {
-    if (given) throw UsageError(fmt::format("{}: it says how to match: give it with {}", name, without));
-  };
-  refuse(options.overlap != plain.overlap, "--overlap");
-  refuse(f.shift_x != g.shift_x || f.shift_y != g.shift_y || f.shift_z != g.shift_z || f.turn_x != g.turn_x ||
-             f.turn_y != g.turn_y || f.turn_z != g.turn_z || f.scale != g.scale,
-         "--freedom");
-  refuse(options.max_iterations != plain.max_iterations, "--max-iterations");
-  refuse(options.tolerance != plain.tolerance, "--tolerance");
-  refuse(options.objective != plain.objective, "--objective");
-  refuse(options.coarse, "--coarse");
-  refuse(options.icp != plain.icp,
-         "--reject-distance, --reject-normal, --reject-boundary, --pair-weights, --one-to-one, --symmetric");
-}
-
 int run_match(const Arguments& arguments) {
   Request request;
   CompareOptions& compare = request.options.compare;

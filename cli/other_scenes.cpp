@@ -23,6 +23,14 @@ void refuse_pairs(const SceneRequest& request) {
     if (given)
       throw UsageError(fmt::format("{}: the scene {} has no second scan of one surface", option, request.name));
   };
+  refuse(request.points_b.has_value(), "--points-b");
+  refuse(request.noise_b.has_value(), "--noise-b");
+}
+
+}  // namespace
+
+int simulate_chewing(const SceneRequest& request, std::size_t frames, const std::string& extension,
+                     OutputFolder& folder, Run& run) {
   refuse_pairs(request);
   if (!request.variant.empty()) throw UsageError("--variant: the scene chewing has no variants");
   ChewingOptions o;

@@ -108,7 +108,7 @@ class Fitter {
     if (!(sizes[1] > line * sizes[2])) return plane;
     const Point3 across = axis(0), along = axis(2), beside = axis(1);
     plane.normal = across;
-    plane.height = -dot(mean, across);
+    plane.height = -dot(mean_, across);
     plane.boundary = is_open(centre, along, beside);
     const double noise2 = std::max(0.0, sizes[0]) / (n - 3);
     plane.slope_noise = noise2 / sizes[1];
@@ -117,16 +117,16 @@ class Fitter {
   }
 
  private:
-  /// Second moments of the neighbours found, into solver_.
+  /// Mean (from point i) and second moments of the neighbours found, into mean_ and solver_.
   void scatter(std::size_t i) {
     const Point3 centre = cloud_.points[i];
     const auto n = static_cast<double>(found_.size());
-    Point3 mean{0, 0, 0};
-    for (const Index k : found_) mean = mean + (cloud_.points[k] - centre);
-    mean = (1 / n) * mean;
+    mean_ = {0, 0, 0};
+    for (const Index k : found_) mean_ = mean_ + (cloud_.points[k] - centre);
+    mean_ = (1 / n) * mean_;
     Eigen::Matrix3d moments = Eigen::Matrix3d::Zero();
     for (const Index k : found_) {
-      const Point3 d = (cloud_.points[k] - centre) - mean;
+      const Point3 d = (cloud_.points[k] - centre) - mean_;
       moments(0, 0) += d.x * d.x, moments(1, 0) += d.x * d.y, moments(1, 1) += d.y * d.y;
       moments(2, 0) += d.x * d.z, moments(2, 1) += d.y * d.z, moments(2, 2) += d.z * d.z;
     }
@@ -154,6 +154,7 @@ class Fitter {
   std::vector<Index> found_;
   std::vector<double> angles_;
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver_;
+  Point3 mean_{0, 0, 0};
 };
 
 double median(Array<double>& values) {

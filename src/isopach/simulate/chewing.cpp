@@ -55,10 +55,10 @@ double smooth_step(double t) {
 }
 
 /// The oval of the scene `face` above the line of the jaw, where the neck begins: both are convex.
-Footprint face_above_neck() {
+Outline face_above_neck() {
   constexpr int corners = 180;
   constexpr double jaw_line = -92, jaw_bend = 1.0 / 90;
-  Footprint outline;
+  Outline outline;
   for (int i = 0; i < corners; ++i) {
     const double angle = 2 * std::numbers::pi * (i + 0.5) / corners;
     const Point2 oval{88 * std::cos(angle), 118 * std::sin(angle) - 2};

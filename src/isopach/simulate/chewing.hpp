@@ -52,7 +52,7 @@ class Chewing {
   ChewingOptions options_;
   std::uint64_t seed_;
   std::function<double(double, double)> height_;
-  Footprint footprint_;
+  Outline footprint_;
 };
 
 }  // namespace isopach

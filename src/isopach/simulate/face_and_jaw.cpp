@@ -103,7 +103,7 @@ struct Scanner {
   double noise;
   Pose pose;
 
-  std::size_t add(Cloud& cloud, const Footprint& footprint, std::size_t count, std::uint64_t part,
+  std::size_t add(Cloud& cloud, const Outline& footprint, std::size_t count, std::uint64_t part,
                   const std::function<double(double, double)>& height, const Pose& place,
                   const std::function<bool(const Point3&)>& seen) const {
     const std::uint64_t stream = first_stream + 10 * scan + part;
@@ -130,10 +130,10 @@ Cloud named(const char* path) {
 }
 
 /// The lower part of the face.
-Footprint face_outline() {
+Outline face_outline() {
   constexpr int corners = 96;
   constexpr double from = 20;
-  Footprint outline;
+  Outline outline;
   for (int i = 0; i < corners; ++i) {
     const double angle = 2 * std::numbers::pi * (i + 0.5) / corners;
     outline.push_back({88 * std::cos(angle), std::min(from, 118 * std::sin(angle) - 2)});
@@ -148,11 +148,11 @@ FaceAndJaw make_face_and_jaw(const FaceAndJawOptions& o, std::uint64_t seed) {
   if (o.points > max_nodes) throw UsageError(fmt::format("combine: {} points are too many", o.points));
   if (!(o.noise >= 0) || !std::isfinite(o.noise))
     throw UsageError(fmt::format("combine: noise {} makes no sense: give a standard deviation >= 0", o.noise));
-  const Footprint object = rectangle({-half_x, -half_y}, {half_x, half_y});
+  const Outline object = rectangle({-half_x, -half_y}, {half_x, half_y});
   const auto everything = [](const Point3&) { return true; };
   FaceAndJaw s{named("face.ply"), named("jaw.ply"), named("reference.ply"), {}, {}, {}, 0, 0};
 
-  const auto scan = [&](Cloud& cloud, std::uint64_t which, const Footprint& outline,
+  const auto scan = [&](Cloud& cloud, std::uint64_t which, const Outline& outline,
                         const std::function<double(double, double)>& height, const Pose& held, const Pose& pose) {
     const Scanner scanner{seed, which, o.noise, pose};
     const double area = polygon_area(outline), plate_area = o.held ? polygon_area(object) : 0;

@@ -36,9 +36,9 @@ double height(int variant, int epoch, double x, double y) {
   return z;
 }
 
-Footprint footprint(int, const SceneOptions&) { return rectangle({0, 0}, {width, depth}); }
+Outline footprint(int, const SceneOptions&) { return rectangle({0, 0}, {width, depth}); }
 
-Truth truth(int variant, const Footprint& footprint) {
+Truth truth(int variant, const Outline& footprint) {
   Truth truth;
   truth.area = polygon_area(footprint);
   if (variant == waves) {  // the mean of |cos| is 2/π, half of it on either side
@@ -54,7 +54,7 @@ Truth truth(int variant, const Footprint& footprint) {
   return truth;
 }
 
-Array<Point2> nodes(int epoch, const Footprint& footprint, std::size_t count, std::uint64_t seed) {
+Array<Point2> nodes(int epoch, const Outline& footprint, std::size_t count, std::uint64_t seed) {
   return bordered_nodes(footprint, count, {seed, static_cast<std::uint64_t>(epoch)});
 }
 
