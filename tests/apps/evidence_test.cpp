@@ -85,7 +85,9 @@ TEST(Evidence, TellsWhoMoved) {
   EXPECT_EQ(evidence.frames(), 3u);
   const Array<double> blend = evidence.blend();
   for (std::size_t i = 0; i < blend.size(); ++i)
-    if (std::fabs(model.points[i].x) > 0.8) EXPECT_EQ(blend[i] > 0.5, model.points[i].x > 0) << model.points[i].x;
+    if (std::fabs(model.points[i].x) > 0.8) {
+      EXPECT_EQ(blend[i] > 0.5, model.points[i].x > 0) << model.points[i].x;
+    }
   evidence.clear();
   for (const double b : evidence.blend()) EXPECT_NEAR(b, 0, 1e-12);
 }

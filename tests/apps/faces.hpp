@@ -23,8 +23,8 @@ struct FaceScan {
 };
 
 /// An oval of 176 mm by 236 mm, as that of the scene.
-inline Footprint face_oval() {
-  Footprint oval;
+inline Outline face_oval() {
+  Outline oval;
   for (int i = 0; i < 48; ++i) {
     const double angle = 2 * std::numbers::pi * i / 48;
     oval.push_back({88 * std::cos(angle), 118 * std::sin(angle) - 2});

@@ -140,7 +140,9 @@ TEST(Sequence, BadFramesAreReportedAndSkipped) {
   EXPECT_EQ(r.warnings.size(), 3u);
   EXPECT_GE(label_share(r, frames[0]), 0.97);
   for (const FrameMotion& f : r.frames)
-    if (f.skipped.empty()) EXPECT_LT(error_of(f, r.chin, truth().jaw(f.index)).first, 0.25) << f.index;
+    if (f.skipped.empty()) {
+      EXPECT_LT(error_of(f, r.chin, truth().jaw(f.index)).first, 0.25) << f.index;
+    }
 }
 
 TEST(Sequence, OptionsAct) {

@@ -124,7 +124,9 @@ TEST(Registration, OfAShiftAlongTheDirectionIsThatOfAPlainRegistrationError) {
     EXPECT_NEAR(*pose.uncertainty.lod, *shift.uncertainty.lod, 1e-12);
     EXPECT_NEAR(*pose.uncertainty.rectification_bias, *shift.uncertainty.rectification_bias, 1e-12);
     for (std::size_t i = 0; i < shift.fields_a.lod.size(); ++i)
-      if (!std::isnan(shift.fields_a.lod[i])) EXPECT_NEAR(pose.fields_a.lod[i], shift.fields_a.lod[i], 1e-12);
+      if (!std::isnan(shift.fields_a.lod[i])) {
+        EXPECT_NEAR(pose.fields_a.lod[i], shift.fields_a.lod[i], 1e-12);
+      }
   }
 }
 
@@ -151,8 +153,9 @@ TEST(Registration, OfHeightsIsThatOfAPlaneThatIsMoved) {
     }
     for (std::size_t j = 0; j < 6; ++j)
       for (std::size_t k = 0; k < 6; ++k) sum += g[j] * c.matrix[6 * j + k] * g[k];
-    if (!std::isnan(found.fields_b.lod[i]))
+    if (!std::isnan(found.fields_b.lod[i])) {
       EXPECT_NEAR(found.fields_b.lod[i], found.uncertainty.deviations * std::sqrt(sum), 1e-10);
+    }
   }
 }
 
