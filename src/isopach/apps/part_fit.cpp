@@ -59,6 +59,7 @@ OrientedCloud part_of(const OrientedCloud& model, std::span<const unsigned char>
     part.ids.push_back(model.ids[i]);
     part.normals.push_back(model.normals[i]);
     part.boundary.push_back(model.boundary[i]);
+    part.areas.push_back(model.areas[i]);
   }
   return part;
 }
@@ -126,6 +127,7 @@ OrientedCloud thinned(const OrientedCloud& cloud, std::size_t most) {
     if (cloud.normals.empty()) continue;
     result.normals.push_back(cloud.normals[i]);
     result.boundary.push_back(cloud.boundary[i]);
+    result.areas.push_back(cloud.areas[i]);
   }
   return result;
 }
