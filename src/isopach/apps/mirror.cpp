@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <Eigen/Dense>
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 
@@ -15,9 +16,6 @@ namespace {
 constexpr double degrees_per_radian = 180 / std::numbers::pi;
 constexpr double steepest = 0.8;  // of the cosine between a normal and the direction of projection
 
-Point3 cross(const Point3& a, const Point3& b) {
-  return {a.y * b.z - a.z * b.y, a.z * b.x - a.x * b.z, a.x * b.y - a.y * b.x};
-}
 Point3 scaled(const Point3& v, double s) { return {s * v.x, s * v.y, s * v.z}; }
 Point3 sum(const Point3& a, const Point3& b) { return {a.x + b.x, a.y + b.y, a.z + b.z}; }
 

@@ -8,11 +8,10 @@
 
 #include "isopach/cloud/cloud.hpp"
 #include "isopach/compare/options.hpp"
+#include "isopach/distance/vectors.hpp"
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
-
-[[nodiscard]] inline double dot(const Point3& a, const Point3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
 
 /// The plane normal · p = offset, and how far a motion of the mirror image is from the reflection about it.
 struct Reflection {

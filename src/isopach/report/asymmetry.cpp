@@ -7,6 +7,7 @@
 
 #include "isopach/io/write.hpp"
 #include "isopach/report/page.hpp"
+#include "isopach/report/values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -14,11 +15,11 @@ namespace isopach {
 namespace {
 
 using Json = nlohmann::ordered_json;
+using values::point;
+using values::real;
 constexpr Typography plain = Typography::plain, fine = Typography::fine;
 
-Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
 Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
 
 const char* to_text(FaceParts parts) { return parts == FaceParts::thirds ? "thirds" : "halves"; }
 
@@ -87,12 +88,8 @@ Json plane_json(const Asymmetry& a) {
 }
 
 Json pose_json(const Asymmetry& a) {
-  Json rows = Json::array();
-  const auto& m = a.to_face.m;
-  for (std::size_t i = 0; i < 16; i += 4)
-    rows.push_back(Json::array({real(m[i]), real(m[i + 1]), real(m[i + 2]), real(m[i + 3])}));
   return {{"convention", "face = matrix * input, row-major; the symmetry plane is x = 0 of the face"},
-          {"matrix", rows}};
+          {"matrix", values::matrix(a.to_face)}};
 }
 
 Json regions_json(const Asymmetry& a) {
