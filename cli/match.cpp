@@ -176,13 +176,20 @@ double parse_overlap(const std::string& text) {
 
 void add_match_options(Command& command, MatchOptions& options) {
   command.heading("Matching");
-  command.choice(
-      "--objective", options.objective,
-      {{"measure", Objective::measure}, {"icp-point", Objective::icp_point}, {"icp-plane", Objective::icp_plane}},
-      "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
-      "the point or to the plane at it");
+  command.choice("--objective", options.objective,
+                 {{"measure", Objective::measure},
+                  {"icp-point", Objective::icp_point},
+                  {"icp-plane", Objective::icp_plane},
+                  {"currents", Objective::currents}},
+                 "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
+                 "the point or to the plane at it, or the distance of the surfaces as currents");
   command.flag("--coarse", options.coarse,
                "Look for a start first: any turn, any shift that leaves half of a scan in common");
+  command
+      .option("--sigma", "S", options.sigma,
+              "Width of the kernel of --objective currents, in the unit of the scans (default: five mean edges of the "
+              "coarser scan)")
+      ->check(positive());
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the common area that is fitted; auto: all that differs no more than noise; 1: everything "
                  "(default auto)");

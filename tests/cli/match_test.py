@@ -96,6 +96,22 @@ class Options(MatchCli):
         self.assertLess(near["before"]["rho"], 0.5 * plain["before"]["rho"])
         self.assertAlmostEqual(near["pose"]["matrix"][0][3], plain["pose"]["matrix"][0][3], delta=0.01)
 
+    def test_currents(self):
+        plain, m = self.match(), self.match("--objective", "currents")
+        self.assertEqual([plain["objective"], m["objective"]], ["measure", "currents"])
+        self.assertTrue(m["converged"])
+        self.assertAlmostEqual(m["pose"]["matrix"][0][3], plain["pose"]["matrix"][0][3], delta=0.3)
+        self.assertLess(m["after"]["rho"], 0.5 * m["before"]["rho"])
+        self.assertIsNone(m["history"][0]["rms"])
+        wide = self.match("--objective", "currents", "--sigma", "3")
+        self.assertEqual(wide["parameters"]["sigma"], 3)
+        self.assertNotEqual(wide["pose"], m["pose"])
+        for words in [("--sigma", "3"), ("--objective", "currents", "--sigma", "0")]:
+            self.assertIn("--sigma", self.run_cli("match", "moving.xyz", "fixed.xyz", *words, code=2).stderr)
+        for words in [("--objective", "guess"), ("--objective", "currents", "--overlap", "0.5"),
+                      ("--objective", "currents", "--freedom", "x,scale")]:
+            self.assertIn(words[-2], self.run_cli("match", "moving.xyz", "fixed.xyz", *words, code=2).stderr)
+
     def test_wrong_ones_are_named(self):
         for words, option in [
             (("--overlap", "2"), "--overlap"),

@@ -13,6 +13,10 @@ void check_options(const MatchOptions& o) {
   if (!(o.tolerance >= 0) || o.tolerance >= 1)
     throw UsageError(
         fmt::format("--tolerance: {} is no share of the extent: a number above 0 and below 1, e.g. 1e-8", o.tolerance));
+  if (o.objective != Objective::currents && o.sigma != 0)
+    throw UsageError("--sigma: it is the width of the kernel of currents: add --objective currents");
+  if (!(o.sigma >= 0) || std::isinf(o.sigma))
+    throw UsageError(fmt::format("--sigma: {} is no width, give a length above 0", o.sigma));
   const Freedom& f = o.freedom;
   if (!(f.shift_x || f.shift_y || f.shift_z || f.turn_x || f.turn_y || f.turn_z || f.scale))
     throw UsageError("--freedom: no motion is left to search: allow at least one");

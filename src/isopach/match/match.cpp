@@ -10,6 +10,7 @@
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/match/checks.hpp"
 #include "isopach/match/coarse.hpp"
+#include "isopach/match/currents_search.hpp"
 #include "isopach/match/icp.hpp"
 #include "isopach/match/motion.hpp"
 #include "isopach/match/search.hpp"
@@ -59,7 +60,7 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   return meshes;
 }
 
-/// The objective `measure`: both scans in one frame, triangulated once, then the search.
+/// The objectives `measure` and `currents`: both scans in one frame, triangulated once, then the search.
 void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, Matching& m, stages::Clock& clock,
                     const Context& context) {
   clock.start("facets");
@@ -71,7 +72,8 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, 
   apply_weight(moving, fixed, b, a, meshes.frame, m.options.compare, g, f, context);
 
   clock.start("search");
-  const SearchResult found = search(g, f, m.options, axis_names(meshes.frame), context);
+  const auto minimise = m.options.objective == Objective::currents ? currents_search : search;
+  const SearchResult found = minimise(g, f, m.options, axis_names(meshes.frame), context);
   take(found, meshes.frame, b.node_of_point, m);
 }
 
@@ -90,8 +92,6 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
   Matching m;
   m.options = options;
   check_options(options);
-  if (options.objective == Objective::currents)
-    throw UsageError("this build does not match by currents: objective measure, icp-point or icp-plane");
   stages::Clock clock(m.timing, context);
 
   if (options.coarse) {
@@ -99,7 +99,7 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
     m.options.start = coarse_start(moving, fixed, options, context);
   }
   ScanMeshes meshes = at_start(moving, fixed, m, clock, context);
-  if (options.objective == Objective::measure)
+  if (options.objective == Objective::measure || options.objective == Objective::currents)
     match_surfaces(moving, fixed, std::move(meshes), m, clock, context);
   else
     match_points(moving, fixed, m, clock, context);

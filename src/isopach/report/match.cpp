@@ -114,6 +114,7 @@ Json parameters_json(const Matching& m) {
           {"pairs", pairs_json(m)},
           {"pose_only", !o.judge},
           {"weight", text_or_null(to_text(c.weight))},
+          {"sigma", o.sigma > 0 ? real(o.sigma) : Json(nullptr)},
           {"border", to_text(c.border)},
           {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
           {"duplicates", to_text(c.project.duplicates)},
