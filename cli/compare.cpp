@@ -175,6 +175,7 @@ void match_first(const Cloud& a, const Cloud& b, const Request& request, Compare
   wanted.compare.check_layers = false;
   wanted.compare.uncertainty = {};
   wanted.compare.noise_floor = false;
+  if (wanted.objective != Objective::measure) wanted.compare.weight = {};  // it is of the comparison then
   wanted.start = options.pose;
   wanted.judge = false;  // the comparison that follows does
   const Matching m = match(b, a, wanted, run.context());

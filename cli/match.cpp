@@ -57,7 +57,7 @@ void add_output_options(Command& command, Request& request) {
       ->check(not_empty());
   command.flag("--no-map", request.no_map, "No before.png and after.png, and no pictures in the report");
   command.flag("--pose-only", request.pose_only,
-               "Do not compare before and after (rho, rms, coverage, maps): takes a third of the time");
+               "Do not compare before and after (rho, rms, coverage, maps): saves about half of the time");
 }
 
 /// The map of a comparison; the name of the file, or nothing where there is none.

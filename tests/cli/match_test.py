@@ -120,6 +120,7 @@ class Options(MatchCli):
             (("--max-iterations", "0"), "--max-iterations"),
             (("--tolerance", "-1"), "--tolerance"),
             (("--weight", "x +"), "--weight"),
+            (("--weight", "x", "--objective", "icp-plane"), "--weight"),
         ]:
             self.assertIn(option, self.run_cli("match", "moving.xyz", "fixed.xyz", *words, code=2).stderr)
         self.assertIn("--start", self.run_cli("match", "moving.xyz", "fixed.xyz", "--start", "none.txt", code=3).stderr)

@@ -20,6 +20,8 @@ void check_options(const MatchOptions& o) {
   const Freedom& f = o.freedom;
   if (!(f.shift_x || f.shift_y || f.shift_z || f.turn_x || f.turn_y || f.turn_z || f.scale))
     throw UsageError("--freedom: no motion is left to search: allow at least one");
+  if (o.objective != Objective::measure && o.compare.weight.kind != WeightSource::Kind::none)
+    throw UsageError("--weight: it weighs surfaces: leave it out, or take --objective measure");
   if (!o.compare.pose.is_identity()) throw UsageError("--pose: a matching starts at --start and finds the pose itself");
   const IcpOptions& icp = o.icp;
   if (!(icp.reject_distance >= 0) || !std::isfinite(icp.reject_distance))

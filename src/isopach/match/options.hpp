@@ -44,7 +44,7 @@ struct MatchOptions {
   double overlap = 0;  ///< share of the common area that is fitted, in (0, 1]; 0: chosen from the data
   int max_iterations = 100;
   double tolerance = 0;           ///< step below which it has converged, as a share of the extent; 0: 1e-8
-  bool judge = true;              ///< compare before and after; false saves two thirds of the time
+  bool judge = true;              ///< compare before and after; false saves about half of the time
   bool keep_comparisons = false;  ///< for maps: both comparisons are part of the result
   IcpOptions icp;                 ///< objectives icp_point and icp_plane: which pairs take part
   double sigma = 0;               ///< currents: width of the kernel, unit of the scans; 0: 5 mean edges
