@@ -351,8 +351,8 @@ def main():
     size, repeats = options.points, options.repeats
     say("# Matching: isopach and its rivals\n")
     command = f"bench/rivals/matching.py --points {size} --repeats {repeats} --only {options.only}"
-    say(f"Written by `{command}`: all methods on the same points in one run, on one thread each. CPU seconds, the least "
-        f"of {repeats} runs: of a rival thinning, normals and search, without reading; of isopach the whole process, "
+    say(f"Written by `{command}`: all methods on the same points in one run, on one thread each. CPU seconds, the "
+        f"least of {repeats} runs: of a rival thinning, normals and search, without reading; of isopach the whole process, "
         "reading and the comparisons before and after included. Rivals: " + ", ".join(versions) + " (from PyPI)"
         + (f"; not to be had for this Python: {', '.join(missing)}" if missing else "") + ". Their longest pair "
         "shrinks in stages of at most 50 steps; normals and covariances from 20 neighbours; they are given both scans "
