@@ -9,6 +9,7 @@ thinning, normals and search, without reading; of isopach the whole process, rea
 """
 
 import argparse
+import importlib.metadata
 import json
 import math
 import os
@@ -346,14 +347,14 @@ def main():
         print(text, flush=True)
         lines.append(text)
 
-    versions = [f"{m.__name__} {getattr(m, '__version__', '1')}" for m in (small_gicp, open3d) if m]
+    versions = [f"{n} {importlib.metadata.version(n)}" for n, m in zip(RIVALS, (small_gicp, open3d)) if m]
     missing = [n for n, m in (("small_gicp", small_gicp), ("Open3D", open3d)) if not m]
     size, repeats = options.points, options.repeats
     say("# Matching: isopach and its rivals\n")
     command = f"bench/rivals/matching.py --points {size} --repeats {repeats} --only {options.only}"
     say(f"Written by `{command}`: all methods on the same points in one run, on one thread each. CPU seconds, the "
-        f"least of {repeats} runs: of a rival thinning, normals and search, without reading; of isopach the whole process, "
-        "reading and the comparisons before and after included. Rivals: " + ", ".join(versions) + " (from PyPI)"
+        f"least of {repeats} runs: of a rival thinning, normals and search, without reading; of isopach the whole "
+        "process, reading and the comparisons before and after included. Rivals: " + ", ".join(versions) + " (from PyPI)"
         + (f"; not to be had for this Python: {', '.join(missing)}" if missing else "") + ". Their longest pair "
         "shrinks in stages of at most 50 steps; normals and covariances from 20 neighbours; they are given both scans "
         "less the mean of FIXED, thinned to voxels where it does not say all points. isopach has its defaults and all "
