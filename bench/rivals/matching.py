@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Matching against small_gicp and Open3D in one run: simulated and real pairs with known poses; writes a page.
 
-    python3 -B bench/rivals/matching.py --isopach build/release/bin/isopach [--data DIR] [--quick] [--page FILE]
+    python3 -B bench/rivals/matching.py --isopach build/release/bin/isopach [--data DIR] [--points N] [--page FILE]
 
 Makes a virtual environment in build/rivals with what PyPI has for this Python (numpy, small_gicp, open3d-cpu); a rival
 that cannot be had is left out and named. Times are CPU seconds on one thread, the least of the repeats: of a rival
@@ -9,6 +9,7 @@ thinning, normals and search, without reading; of isopach the whole process, rea
 """
 
 import argparse
+import importlib.metadata
 import json
 import math
 import os
@@ -22,6 +23,7 @@ import venv
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 RIVALS = ["small_gicp", "open3d-cpu"]
+PARTS = ["face", "relief", "street", "bunny", "strips", "basin"]
 
 
 def enter_environment():
@@ -109,6 +111,7 @@ class Pair:
 
     def __init__(self, name, moving, fixed, truth, reaches, voxel, extent):
         self.name, self.moving, self.fixed, self.truth = name, moving, fixed, truth
+        self.unmoved = None  # MOVING before it was moved, where the scans' own coordinates are not the truth
         self.reaches, self.voxel, self.extent = reaches, voxel, extent
 
     def centred(self):
@@ -126,8 +129,9 @@ def by_small_gicp(kind, voxel_share):
         pose = np.eye(4)
         start = time.process_time()
         voxel = pair.voxel * voxel_share
-        target, tree = small_gicp.preprocess_points(fixed, downsampling_resolution=voxel, num_neighbors=20, num_threads=1)
-        source, _ = small_gicp.preprocess_points(moving, downsampling_resolution=voxel, num_neighbors=20, num_threads=1)
+        how = {"downsampling_resolution": voxel, "num_neighbors": 20, "num_threads": 1}
+        target, tree = small_gicp.preprocess_points(fixed, **how)
+        source, _ = small_gicp.preprocess_points(moving, **how)
         for reach in pair.reaches:
             found = small_gicp.align(target, source, tree, init_T_target_source=pose, registration_type=kind,
                                      max_correspondence_distance=reach, num_threads=1, max_iterations=50)
@@ -230,14 +234,15 @@ def face(tool, folder, points, degrees, axis=(1, 2, 3), shift=0.03):
 
 def relief(tool, folder, points, degrees, axis=(1, 2, 3)):
     parts = simulated(tool, folder, "relief", ["--variant", "rough"], points, 1000, 0,
-                      lambda c: turn(axis, degrees, c, np.array([1, -1, 1]) * 30 / math.sqrt(3)))
-    return Pair(f"rough relief, {points} points, a mound and a pit between the scans", *parts[:3], (200, 50, 10), 5.0, 1000)
+                      lambda c: turn(axis, degrees, c, np.array([1, -1, 1]) * 50 / math.sqrt(3)))
+    name = f"rough relief, {points} points, a mound and a pit between the scans"
+    return Pair(name, *parts[:3], (200, 50, 10), 5.0, 1000)
 
 
 def street(tool, folder, data):
     d = data / "small-gicp"
     moving, fixed = (read_points(d / f"{n}.ply", tool, folder) for n in ("source", "target"))
-    truth = np.array([[float(x) for x in line.split()] for line in (d / "T_target_source.txt").read_text().splitlines()])
+    truth = np.loadtxt(d / "T_target_source.txt")
     return Pair("street, two scans of a vehicle (`small-gicp`), from no motion", moving, fixed, truth, (2.0, 0.5), 0.25,
                 float(np.linalg.norm(np.ptp(fixed, axis=0))))
 
@@ -267,8 +272,10 @@ def strips(tool, folder, data):
     d = data / "santacruz"
     moving, fixed = (read_points(d / f"blanca_strip{n}_120m.las", tool, folder) for n in (8707, 8706))
     pose = turn((0.1, -0.2, 1), 4, moving.mean(axis=0), np.array([3, -2, 1.5]))
-    return Pair("two flight strips (`santacruz`), the second moved by 4 degrees and 3.9 m", moved(moving, pose), fixed,
+    pair = Pair("two flight strips (`santacruz`), the second moved by 4 degrees and 3.9 m", moved(moving, pose), fixed,
                 np.linalg.inv(pose), (10, 2), 1.0, 120)
+    pair.unmoved = Pair(pair.name, moving, fixed, np.eye(4), pair.reaches, pair.voxel, pair.extent)
+    return pair
 
 
 # --- the page --------------------------------------------------------------------------------------------------------
@@ -282,12 +289,19 @@ def row(name, run, pair, repeats):
             return f"| {name} | no pose | | {seconds:.2f} |"
         best = min(best or seconds, seconds)
     degrees, off = error(pose, pair.truth, pair.moving)
-    return f"| {name} | {degrees:.2g} | {off:.2g} | {off / pair.extent:.1e} | {best:.2f} |"
+    line = f"| {name} | {degrees:.2g} | {off:.2g} | {off / pair.extent:.1e} | {best:.2f} |"
+    if pair.unmoved:
+        own, _ = run(pair.unmoved)
+        degrees, off = error(pose, own @ pair.truth, pair.moving)
+        line += f" {degrees:.2g} | {off:.2g} |"
+    return line
 
 
 def table(pair, all_methods, repeats, say):
     say(f"\n## {pair.name[0].upper()}{pair.name[1:]}\n")
-    say("| method | rotation error, degrees | shift error, unit | over the extent | CPU, s |\n|---|---|---|---|---|")
+    say("| method | rotation error, degrees | shift error, unit | over the extent | CPU, s |"
+        + (" from its answer without the move: degrees | unit |" if pair.unmoved else ""))
+    say("|---|---|---|---|---|" + ("---|---|" if pair.unmoved else ""))
     for name, run, _ in all_methods:
         say(row(name, run, pair, repeats))
 
@@ -304,13 +318,28 @@ def basin(make, angles, all_methods, say):
         say(f"| {name} | " + " | ".join(cells) + " |")
 
 
+def basins(tool, folder, say):
+    say("\n## Basin: rotation error in degrees after starts so many degrees off\n")
+    say("3 % (face) or 5 % (relief) of the extent beside; 10 000 points each.")
+    some = [m for m in methods(tool, folder, False) if "icp-point" not in m[0]]
+    for words, make in [("Face, about the axis of projection", lambda a: face(tool, folder, 10000, a, (0, 0, 1))),
+                        ("Rough relief, about the axis", lambda a: relief(tool, folder, 10000, a, (0, 0, 1)))]:
+        say(f"\n{words}:")
+        basin(make, [30, 60, 120, 180], some, say)
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isopach", default=str(ROOT / "build/release/bin/isopach"))
     parser.add_argument("--data", type=pathlib.Path, help="folder of the real pairs; without it they are left out")
     parser.add_argument("--page", type=pathlib.Path, help="file to write (default: stdout alone)")
-    parser.add_argument("--quick", action="store_true", help="a tenth of the points, one repeat")
+    parser.add_argument("--points", type=int, default=200000, help="of each scan of the face; half of it of the relief")
+    parser.add_argument("--only", default=",".join(PARTS), help="parts of the page (default %(default)s)")
+    parser.add_argument("--repeats", type=int, default=1, help="runs of each method; the least time counts")
     options = parser.parse_args()
+    parts = options.only.split(",")
+    if not set(parts) <= set(PARTS):
+        parser.error(f"--only: '{options.only}' is no list of {', '.join(PARTS)}")
     tool = Isopach(options.isopach)
     lines = []
 
@@ -318,39 +347,35 @@ def main():
         print(text, flush=True)
         lines.append(text)
 
-    versions = [f"{m.__name__} {getattr(m, '__version__', '1')}" for m in (small_gicp, open3d) if m]
+    versions = [f"{n} {importlib.metadata.version(n)}" for n, m in zip(RIVALS, (small_gicp, open3d)) if m]
     missing = [n for n, m in (("small_gicp", small_gicp), ("Open3D", open3d)) if not m]
-    size, repeats = (20000, 1) if options.quick else (200000, 3)
+    size, repeats = options.points, options.repeats
     say("# Matching: isopach and its rivals\n")
-    say("Written by `bench/rivals/matching.py" + (" --quick" if options.quick else "") + "`: all methods on the same "
-        "points in one run, on one thread each. CPU seconds, the least of "
-        f"{repeats}: of a rival thinning, normals and search, without reading; of isopach the whole process, reading and "
-        "the comparisons before and after included. Rivals: " + ", ".join(versions) + " (from PyPI)"
+    command = f"bench/rivals/matching.py --points {size} --repeats {repeats} --only {options.only}"
+    say(f"Written by `{command}`: all methods on the same points in one run, on one thread each. CPU seconds, the "
+        f"least of {repeats} runs: of a rival thinning, normals and search, without reading; of isopach the whole "
+        "process, reading and the comparisons before and after included. Rivals: " + ", ".join(versions) + " (from PyPI)"
         + (f"; not to be had for this Python: {', '.join(missing)}" if missing else "") + ". Their longest pair "
         "shrinks in stages of at most 50 steps; normals and covariances from 20 neighbours; they are given both scans "
         "less the mean of FIXED, thinned to voxels where it does not say all points. isopach has its defaults and all "
         "points, in input coordinates.")
     with tempfile.TemporaryDirectory() as name:
         folder = pathlib.Path(name)
-        own = methods(tool, folder, not options.quick)
+        own = methods(tool, folder, True)
         fine = [m for m in own if not m[2]]
-        table(face(tool, folder, size, 5), fine, repeats, say)
-        table(relief(tool, folder, size // 2, 5), fine, repeats, say)
-        if options.data:
+        if "face" in parts:
+            table(face(tool, folder, size, 5), fine, repeats, say)
+        if "relief" in parts:
+            table(relief(tool, folder, size // 2, 5), fine, repeats, say)
+        if options.data and "street" in parts:  # no height field
             table(street(tool, folder, options.data), [m for m in fine if "measure" not in m[0]], repeats, say)
+        if options.data and "bunny" in parts:
             table(bunny(tool, folder, options.data, True), fine, repeats, say)
             table(bunny(tool, folder, options.data, False), own, repeats, say)
+        if options.data and "strips" in parts:
             table(strips(tool, folder, options.data), fine, repeats, say)
-        say("\n## Basin: rotation error in degrees after starts so many degrees off\n")
-        say("About the axis of projection, 3 % (face) or 1.7 % (relief) of the extent beside; 20 000 points.")
-        angles = [10, 30, 45, 60, 90, 135, 180]
-        some = methods(tool, folder, False)
-        say("\nFace:")
-        basin(lambda a: face(tool, folder, 20000, a, (0, 0, 1)), angles, some, say)
-        say("\nRough relief:")
-        basin(lambda a: relief(tool, folder, 20000, a, (0, 0, 1)), angles, some, say)
-        say("\nFace, about (1, 2, 3):")
-        basin(lambda a: face(tool, folder, 20000, a), angles, some, say)
+        if "basin" in parts:
+            basins(tool, folder, say)
     if options.page:
         options.page.write_text("\n".join(lines) + "\n")
 
