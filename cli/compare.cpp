@@ -104,9 +104,10 @@ void add_uncertainty_options(Command& command, Request& request) {
 
 void add_currents_options(Command& command, CurrentsOptions& options) {
   command
-      .option("--sigma", "S", options.sigma,
-              "Width of the kernel of --measure currents, in the unit of the scans: detail much smaller than it is not "
-              "seen (default: five mean edges of the coarser scan)")
+      .option(
+          "--sigma", "S", options.sigma,
+          "Width of the kernel of --measure currents and --objective currents, in the unit of the scans: detail much "
+          "smaller than it is not seen (default: five mean edges of the coarser scan)")
       ->check(positive());
   command
       .option("--currents-error", "SHARE", options.error,
@@ -176,6 +177,10 @@ void match_first(const Cloud& a, const Cloud& b, const Request& request, Compare
   wanted.compare.uncertainty = {};
   wanted.compare.noise_floor = false;
   if (wanted.objective != Objective::measure) wanted.compare.weight = {};  // it is of the comparison then
+  if (wanted.objective == Objective::currents) {                           // one --sigma for both
+    wanted.sigma = options.currents.sigma;
+    if (options.measure != MeasureKind::currents) options.currents.sigma = 0;
+  }
   wanted.start = options.pose;
   wanted.judge = false;  // the comparison that follows does
   const Matching m = match(b, a, wanted, run.context());

@@ -185,11 +185,6 @@ void add_match_options(Command& command, MatchOptions& options) {
                  "the point or to the plane at it, or the distance of the surfaces as currents");
   command.flag("--coarse", options.coarse,
                "Look for a start first: any turn, any shift that leaves half of a scan in common");
-  command
-      .option("--sigma", "S", options.sigma,
-              "Width of the kernel of --objective currents, in the unit of the scans (default: five mean edges of the "
-              "coarser scan)")
-      ->check(positive());
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the common area that is fitted; auto: all that differs no more than noise; 1: everything "
                  "(default auto)");
@@ -244,6 +239,11 @@ int run_match(const Arguments& arguments) {
       "Weight of 0 or more of what is fitted: a formula of x, y, z1, z2, slope1, slope2 at the points of FIXED; an "
       "attribute of the points, of MOVING if it has it, else of FIXED, or @a:NAME (FIXED), @b:NAME (MOVING); a raster");
   add_match_options(command, request.options);
+  command
+      .option("--sigma", "S", request.options.sigma,
+              "Width of the kernel of --objective currents, in the unit of the scans (default: five mean edges of the "
+              "coarser scan)")
+      ->check(positive());
   add_pair_options(command, request.options.icp);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;

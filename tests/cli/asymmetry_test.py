@@ -65,7 +65,7 @@ class Output(AsymmetryCli):
         self.run_cli("convert", "face.xyz", "upright.xyz", "--pose", "out/pose.txt")
         upright = self.told(name="upright.xyz")
         self.assertAlmostEqual(upright["plane"]["normal"][0], 1, delta=1e-5)
-        self.assertAlmostEqual(upright["plane"]["offset"], 0, delta=1e-3)
+        self.assertAlmostEqual(upright["plane"]["offset"], 0, delta=4e-3)  # of the noise of 0.02 on 2500 points
 
     def test_threads(self):
         self.assertEqual(len({without_timing(json.dumps(self.told("--threads", n))) for n in "12"}), 1)
