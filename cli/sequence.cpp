@@ -27,9 +27,7 @@ constexpr const char* footer =
     "Exit codes: 0 done, 2 wrong usage, 3 the reference cannot be read, or nothing moves, 130 interrupted.\n"
     "\n"
     "Examples:\n"
-    "  isopach sequence scans/ -o result                    every scan of a folder, in the order of the numbers in "
-    "their "
-    "names\n"
+    "  isopach sequence scans/ -o result                    every scan of a folder, in the order of their numbers\n"
     "  isopach sequence f01.ply f02.ply f03.ply --rate 15   frames by name, 15 a second\n"
     "  isopach simulate chewing -o scans                    a sequence with known truth to try it on";
 
