@@ -107,7 +107,7 @@ class Options(SequenceCli):
         self.assertNotEqual(plain["frames"][1]["point"], plain["frames"][1]["point_smooth"])
         swapped = self.sequence("--static-at", "0,-75,95")
         self.assertEqual(swapped["parts"]["static"], plain["parts"]["moving"])
-        self.assertNotEqual(self.sequence("--model-points", "800")["frames"][1]["motion"], plain["frames"][1]["motion"])
+        self.assertNotEqual(self.sequence("--model-points", "2500")["frames"][1]["motion"], plain["frames"][1]["motion"])
         # The chin is about a fifth of the scan: a part that must have more is not there.
         run = self.run_cli("sequence", "few", "--least-part", "0.45", code=3)
         self.assertIn("0.45", run.stderr)
