@@ -16,18 +16,6 @@ Eigen::Matrix3d rotation_of(const Pose& pose) {
 
 }  // namespace
 
-Motion composed(const Motion& second, const Motion& first) {
-  Motion result;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      result.rotation[3 * i + j] = second.rotation[3 * i] * first.rotation[j] +
-                                   second.rotation[3 * i + 1] * first.rotation[3 + j] +
-                                   second.rotation[3 * i + 2] * first.rotation[6 + j];
-  result.scale = second.scale * first.scale;
-  result.shift = second.apply(first.shift);
-  return result;
-}
-
 Motion inverted(const Motion& motion) {
   Motion result;
   for (std::size_t i = 0; i < 3; ++i)

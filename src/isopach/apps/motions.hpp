@@ -5,9 +5,8 @@
 
 namespace isopach {
 
-/// `first`, then `second`.
-[[nodiscard]] Motion composed(const Motion& second, const Motion& first);
 [[nodiscard]] Motion inverted(const Motion& motion);
+/// `first`, then `second`.
 [[nodiscard]] Pose composed(const Pose& second, const Pose& first);
 /// Of a rigid pose (rotation and shift alone).
 [[nodiscard]] Pose inverted(const Pose& pose);

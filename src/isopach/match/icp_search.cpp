@@ -21,18 +21,6 @@ constexpr double coarse_step = 1e-5;     // share of the radius: enough before t
 
 bool six_free(const Freedom& f) { return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z; }
 
-Motion after(const Motion& step, const Motion& motion) {
-  Motion result;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      result.rotation[3 * i + j] = step.rotation[3 * i] * motion.rotation[j] +
-                                   step.rotation[3 * i + 1] * motion.rotation[3 + j] +
-                                   step.rotation[3 * i + 2] * motion.rotation[6 + j];
-  result.scale = step.scale * motion.scale;
-  result.shift = step.apply(motion.shift);
-  return result;
-}
-
 /// How far the step takes points at `radius` from the centre, at most about.
 double size_of(const Motion& before, const Motion& now, const Point3& centre, double radius) {
   const Point3 place = before.undo(centre);
@@ -106,7 +94,7 @@ class Search {
   [[nodiscard]] Motion next() const {
     const PairInformation& in = state_.information;
     if (plane_) return moved(state_.motion, plane_step(in, o_.freedom, floor_), in.centre);
-    if (six_free(o_.freedom)) return after(point_step(links(), in, o_.freedom.scale), state_.motion);
+    if (six_free(o_.freedom)) return composed(point_step(links(), in, o_.freedom.scale), state_.motion);
     return moved(state_.motion, point_twist(links(), in, o_.freedom), in.centre);
   }
 

@@ -19,21 +19,25 @@ std::array<double, 9> rotation_by(double x, double y, double z) {
 
 }  // namespace
 
+Motion composed(const Motion& second, const Motion& first) {
+  Motion result;
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      result.rotation[3 * i + j] = second.rotation[3 * i] * first.rotation[j] +
+                                   second.rotation[3 * i + 1] * first.rotation[3 + j] +
+                                   second.rotation[3 * i + 2] * first.rotation[6 + j];
+  result.scale = second.scale * first.scale;
+  result.shift = second.apply(first.shift);
+  return result;
+}
+
 Motion moved(const Motion& motion, const Twist& twist, const Point3& centre) {
   Motion step;
   step.rotation = rotation_by(twist[0], twist[1], twist[2]);
   step.scale = std::exp(twist[6]);
   const Point3 c = step.apply(centre);
   step.shift = {centre.x - c.x + twist[3], centre.y - c.y + twist[4], centre.z - c.z + twist[5]};
-  Motion result;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 3; ++j)
-      result.rotation[3 * i + j] = step.rotation[3 * i] * motion.rotation[j] +
-                                   step.rotation[3 * i + 1] * motion.rotation[3 + j] +
-                                   step.rotation[3 * i + 2] * motion.rotation[6 + j];
-  result.scale = step.scale * motion.scale;
-  result.shift = step.apply(motion.shift);
-  return result;
+  return composed(step, motion);
 }
 
 Pose pose_of(const Motion& motion, const Frame& frame, const Pose& start) {

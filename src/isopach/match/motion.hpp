@@ -37,6 +37,9 @@ struct Motion {
   }
 };
 
+/// `first`, then `second`.
+[[nodiscard]] Motion composed(const Motion& second, const Motion& first);
+
 /// `motion`, then the twist about `centre`.
 [[nodiscard]] Motion moved(const Motion& motion, const Twist& twist, const Point3& centre);
 
