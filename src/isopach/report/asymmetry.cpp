@@ -14,12 +14,8 @@
 namespace isopach {
 namespace {
 
-using Json = nlohmann::ordered_json;
-using values::point;
-using values::real;
+using namespace values;
 constexpr Typography plain = Typography::plain, fine = Typography::fine;
-
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 
 const char* to_text(FaceParts parts) { return parts == FaceParts::thirds ? "thirds" : "halves"; }
 
@@ -55,9 +51,6 @@ Json input_json(const Asymmetry& a) {
 Json parameters_json(const Asymmetry& a) {
   const AsymmetryOptions& o = a.options;
   const CompareOptions& c = o.compare;
-  const auto& crop = c.project.crop;
-  Json box = nullptr;
-  if (crop) box = Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
   return {{"direction_rule", to_text(c.project.direction.kind)},
           {"across", o.across ? point(*o.across) : Json(nullptr)},
           {"rim", real(o.rim)},
@@ -70,7 +63,7 @@ Json parameters_json(const Asymmetry& a) {
           {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
           {"duplicates", to_text(c.project.duplicates)},
           {"class", c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes)},
-          {"crop", box},
+          {"crop", crop_box(c.project.crop)},
           {"unit", a.unit},
           {"allow_crs", c.allow_crs}};
 }

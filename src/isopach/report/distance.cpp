@@ -6,18 +6,15 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/io/write.hpp"
+#include "isopach/report/values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using namespace values;
 constexpr Typography plain = Typography::plain;
-
-Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
 
 const char* to_text(MeshSource source) {
   return source == MeshSource::automatic ? "auto" : source == MeshSource::delaunay ? "delaunay" : "faces";
@@ -50,9 +47,6 @@ Json parameters_json(const Distances& d) {
   const DistanceOptions& o = d.options;
   const auto& r = d.frame.rotation;
   const auto of_m3c2 = [&](double value) { return o.measures.m3c2 ? real(value) : Json(nullptr); };
-  const auto& crop = o.project.crop;
-  Json box = nullptr;
-  if (crop) box = Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
   return {{"measure", measures_text(o.measures)},
           {"mesh", to_text(o.mesh)},
           {"tolerance", d.hausdorff ? real(o.tolerance) : Json(nullptr)},
@@ -65,7 +59,7 @@ Json parameters_json(const Distances& d) {
           {"direction", point({r[6], r[7], r[8]})},
           {"direction_rule", to_text(o.project.direction.kind)},
           {"class", o.project.classes.empty() ? Json(nullptr) : Json(o.project.classes)},
-          {"crop", box},
+          {"crop", crop_box(o.project.crop)},
           {"unit", d.unit},
           {"allow_crs", o.allow_crs}};
 }
@@ -183,10 +177,6 @@ void add_m3c2(Summary& s, const M3c2Result& m) {
 std::string distance_json(const Distances& d, const std::vector<std::string>& outputs) {
   const auto unsigned_figures = [](const Figures& f) { return figures_json(f, false); };
   const auto signed_figures = [](const Figures& f) { return figures_json(f, true); };
-  Json rows = Json::array();
-  const auto& m = d.options.pose.m;
-  for (std::size_t i = 0; i < 16; i += 4)
-    rows.push_back(Json::array({real(m[i]), real(m[i + 1]), real(m[i + 2]), real(m[i + 3])}));
   Json timing = Json::object();
   for (const auto& [stage, seconds] : d.timing.stages) timing[stage] = real(seconds);
   timing["total"] = real(d.timing.total);
@@ -195,7 +185,7 @@ std::string distance_json(const Distances& d, const std::vector<std::string>& ou
                        {"inputs", Json::array({input_json(d.a, d.points_a, d.faces_a, d.own_faces_a),
                                                input_json(d.b, d.points_b, d.faces_b, d.own_faces_b)})},
                        {"parameters", parameters_json(d)},
-                       {"pose", {{"matrix", rows}}},
+                       {"pose", {{"matrix", matrix(d.options.pose)}}},
                        {"c2c", both_json(d.c2c, unsigned_figures)},
                        {"c2s", both_json(d.c2s, unsigned_figures)},
                        {"normal", both_json(d.normal, signed_figures)},

@@ -7,20 +7,14 @@
 
 #include "isopach/report/report.hpp"
 #include "isopach/report/uncertainty.hpp"
+#include "isopach/report/values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
-/// JSON knows no NaN and no infinity; null says "not known". −0 is written as 0.
-Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
-
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-
-Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
+using namespace values;
 
 Json reals(const std::vector<double>& values) {
   Json out = Json::array();
@@ -47,11 +41,6 @@ Json input_json(const InputSummary& in) {
             {"nodata", in.nodata}}},
           {"duplicate_max_spread", real(k.duplicate_max_spread)},
           {"layered_share", real(in.layered_share)}};
-}
-
-Json crop_json(const std::optional<Box2>& crop) {
-  if (!crop) return nullptr;
-  return Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
 }
 
 Json sigma_json(const SigmaSource& s) {
@@ -89,7 +78,7 @@ Json parameters_json(const Comparison& c) {
           {"direction", point({r[6], r[7], r[8]})},
           {"direction_rule", to_text(o.project.direction.kind)},
           {"class", o.project.classes.empty() ? Json(nullptr) : Json(o.project.classes)},
-          {"crop", crop_json(o.project.crop)},
+          {"crop", crop_box(o.project.crop)},
           {"unit", c.unit},
           {"height_unit", height_unit(c)},
           {"locate", to_text(o.locate)},
@@ -106,14 +95,6 @@ Json parameters_json(const Comparison& c) {
           {"min_coverage", real(o.min_coverage)},
           {"allow_crs", o.allow_crs},
           {"check_layers", o.check_layers}};
-}
-
-Json pose_json(const Pose& pose) {
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < 4; ++i)
-    rows.push_back(
-        Json::array({real(pose.m[4 * i]), real(pose.m[4 * i + 1]), real(pose.m[4 * i + 2]), real(pose.m[4 * i + 3])}));
-  return {{"matrix", rows}};
 }
 
 /// The sums over T, over the exact overlay, and what the second has more than the first. Null where one of them only
@@ -254,7 +235,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
       {"tool", {{"name", tool_name}, {"version", version}}},
       {"inputs", Json::array({input_json(c.a), input_json(c.b)})},
       {"parameters", parameters_json(c)},
-      {"pose", pose_json(c.options.pose)},
+      {"pose", {{"matrix", matrix(c.options.pose)}}},
       {"domain", {{"area", real(c.domain_area)}, {"area_union", real(c.area_union)}, {"coverage", real(c.coverage)}}},
       {"measure",
        {{"rho", real(m.rho)},

@@ -8,18 +8,15 @@
 #include <numbers>
 
 #include "isopach/io/write.hpp"
+#include "isopach/report/values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using namespace values;
 constexpr Typography plain = Typography::plain;
-
-Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
 
 const char* to_text(Objective objective) {
   switch (objective) {
@@ -33,13 +30,6 @@ const char* to_text(Objective objective) {
       return "currents";
   }
   return "measure";
-}
-
-Json matrix_json(const Pose& pose) {
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < 16; i += 4)
-    rows.push_back(Json::array({real(pose.m[i]), real(pose.m[i + 1]), real(pose.m[i + 2]), real(pose.m[i + 3])}));
-  return rows;
 }
 
 /// How the pose moves the centre.
@@ -62,10 +52,10 @@ Json pose_json(const Matching& m) {
   const Point3 shift = shift_at(m.pose, m.centre);
   local.m[3] = shift.x, local.m[7] = shift.y, local.m[11] = shift.z;
   return {{"convention", "fixed = matrix * moving, row-major, input coordinates"},
-          {"matrix", matrix_json(m.pose)},
+          {"matrix", matrix(m.pose)},
           {"scale", real(m.scale)},
           {"angle_deg", real(angle_of(m))},
-          {"local", {{"origin", point(m.centre)}, {"matrix", matrix_json(local)}}}};
+          {"local", {{"origin", point(m.centre)}, {"matrix", matrix(local)}}}};
 }
 
 Json input_json(const InputSummary& in) {
@@ -102,10 +92,7 @@ Json parameters_json(const Matching& m) {
   };
   add(f.shift_x, "x"), add(f.shift_y, "y"), add(f.shift_z, "z");
   add(f.turn_x, "turn-x"), add(f.turn_y, "turn-y"), add(f.turn_z, "turn-z"), add(f.scale, "scale");
-  const auto& crop = c.project.crop;
-  Json box = nullptr;
-  if (crop) box = Json::array({real(crop->min.x), real(crop->min.y), real(crop->max.x), real(crop->max.y)});
-  return {{"start", matrix_json(o.start)},
+  return {{"start", matrix(o.start)},
           {"coarse", o.coarse},
           {"freedom", free},
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
@@ -120,7 +107,7 @@ Json parameters_json(const Matching& m) {
           {"duplicates", to_text(c.project.duplicates)},
           {"direction_rule", to_text(c.project.direction.kind)},
           {"class", c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes)},
-          {"crop", box},
+          {"crop", crop_box(c.project.crop)},
           {"unit", m.unit},
           {"allow_crs", c.allow_crs}};
 }

@@ -6,25 +6,18 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/io/write.hpp"
+#include "isopach/report/values.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
 namespace {
 
-using Json = nlohmann::ordered_json;
+using namespace values;
 constexpr Typography plain = Typography::plain;
 
-Json real(double value) { return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr); }
-Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
-Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
 Json length_or_null(double value) { return value > 0 ? real(value) : Json(nullptr); }
 
-Json pose_json(const Pose& pose) {
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < 16; i += 4)
-    rows.push_back(Json::array({real(pose.m[i]), real(pose.m[i + 1]), real(pose.m[i + 2]), real(pose.m[i + 3])}));
-  return {{"matrix", rows}};
-}
+Json pose_json(const Pose& pose) { return {{"matrix", matrix(pose)}}; }
 
 Json input_json(const InputSummary& in) {
   return {{"role", in.role},
@@ -43,9 +36,6 @@ Json parameters_json(const Roughness& r) {
   const RoughnessOptions& o = r.options;
   const CompareOptions& c = o.compare;
   const auto& m = r.frame.rotation;
-  Json crop = nullptr;
-  if (const auto& box = c.project.crop)
-    crop = Json::array({real(box->min.x), real(box->min.y), real(box->max.x), real(box->max.y)});
   return {{"form", to_text(o.form)},
           {"degree", o.form == FormKind::polynomial ? Json(o.degree) : Json(nullptr)},
           {"s_filter", length_or_null(o.s_filter)},
@@ -62,7 +52,7 @@ Json parameters_json(const Roughness& r) {
           {"direction", point({m[6], m[7], m[8]})},
           {"direction_rule", to_text(c.project.direction.kind)},
           {"class", c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes)},
-          {"crop", crop},
+          {"crop", crop_box(c.project.crop)},
           {"match", o.match},
           {"unit", r.unit},
           {"allow_crs", c.allow_crs}};

@@ -1,8 +1,9 @@
 // Numbers, points and matrices as JSON. Internal to report/: the header needs nlohmann-json.
 #pragma once
 #include <cmath>
-
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
 
 #include "isopach/geom/rigid.hpp"
 
@@ -14,6 +15,8 @@ using Json = nlohmann::ordered_json;
 [[nodiscard]] inline Json real(double value) {
   return std::isfinite(value) ? Json(value == 0 ? 0.0 : value) : Json(nullptr);
 }
+/// null for what is not known or was not given.
+[[nodiscard]] inline Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 [[nodiscard]] inline Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
 
 /// Four rows of four.
@@ -22,6 +25,12 @@ using Json = nlohmann::ordered_json;
   for (std::size_t i = 0; i < 16; i += 4)
     rows.push_back(Json::array({real(pose.m[i]), real(pose.m[i + 1]), real(pose.m[i + 2]), real(pose.m[i + 3])}));
   return rows;
+}
+
+/// x and y of two corners; null if there is none.
+[[nodiscard]] inline Json crop_box(const std::optional<Box2>& corners) {
+  if (!corners) return nullptr;
+  return Json::array({real(corners->min.x), real(corners->min.y), real(corners->max.x), real(corners->max.y)});
 }
 
 }  // namespace isopach::values
