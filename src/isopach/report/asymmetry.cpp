@@ -248,9 +248,6 @@ class Page : public HtmlPage {
 
 std::string asymmetry_json(const Asymmetry& a, const std::vector<std::string>& outputs) {
   const Comparison& c = a.comparison;
-  Json timing = Json::object();
-  for (const auto& [stage, seconds] : a.timing.stages) timing[stage] = real(seconds);
-  timing["total"] = real(a.timing.total);
   const Json report = {
       {"schema", "isopach.asymmetry/1"},
       {"tool", {{"name", tool_name}, {"version", version}}},
@@ -274,7 +271,7 @@ std::string asymmetry_json(const Asymmetry& a, const std::vector<std::string>& o
        {{"iterations", a.iterations}, {"converged", a.converged}, {"reason", a.reason}, {"overlap", real(a.overlap)}}},
       {"outputs", outputs},
       {"warnings", a.warnings},
-      {"timing_s", timing}};
+      {"timing_s", timing(a.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

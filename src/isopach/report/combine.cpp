@@ -25,23 +25,13 @@ Json input_json(const InputSummary& in) {
   return {{"role", in.role}, {"path", in.path}, {"points", in.points}, {"unit", in.unit}, {"format", in.format}};
 }
 
-Json covariance_json(const std::array<double, 36>& c) {
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < 6; ++i) {
-    Json row = Json::array();
-    for (std::size_t j = 0; j < 6; ++j) row.push_back(real(c[6 * i + j]));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 Json located_json(const LocatedReference& l) {
   return {{"matrix", matrix(l.pose)},
           {"rms", real(l.rms)},
           {"share", real(l.share)},
           {"covered", real(l.covered)},
           {"centre", point(l.centre)},
-          {"covariance", covariance_json(l.covariance)},
+          {"covariance", covariance(l.covariance)},
           {"weak_directions", l.weak_directions}};
 }
 
@@ -148,9 +138,6 @@ class CombinePage : HtmlPage {
 std::string combine_json(const Combination& c, const std::vector<std::string>& outputs) {
   Json counts = Json::object();
   for (std::size_t k = 0; k < part_names.size(); ++k) counts[part_names[k]] = c.counts[k];
-  Json timing = Json::object();
-  for (const auto& [stage, seconds] : c.timing.stages) timing[stage] = real(seconds);
-  timing["total"] = real(c.timing.total);
   const Json report = {
       {"schema", "isopach.combine/1"},
       {"tool", {{"name", tool_name}, {"version", version}}},
@@ -164,7 +151,7 @@ std::string combine_json(const Combination& c, const std::vector<std::string>& o
       {"face", located_json(c.face)},
       {"jaw", located_json(c.jaw)},
       {"uncertainty",
-       {{"covariance", covariance_json(c.covariance)},
+       {{"covariance", covariance(c.covariance)},
         {"centre", point(c.centre)},
         {"sigma_angle_deg", real(degrees * c.sigma_angle)},
         {"jaw_middle", point(c.jaw_middle)},
@@ -173,7 +160,7 @@ std::string combine_json(const Combination& c, const std::vector<std::string>& o
       {"parts", counts},
       {"outputs", outputs},
       {"warnings", c.warnings},
-      {"timing_s", timing}};
+      {"timing_s", timing(c.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

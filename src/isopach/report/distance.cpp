@@ -177,9 +177,6 @@ void add_m3c2(Summary& s, const M3c2Result& m) {
 std::string distance_json(const Distances& d, const std::vector<std::string>& outputs) {
   const auto unsigned_figures = [](const Figures& f) { return figures_json(f, false); };
   const auto signed_figures = [](const Figures& f) { return figures_json(f, true); };
-  Json timing = Json::object();
-  for (const auto& [stage, seconds] : d.timing.stages) timing[stage] = real(seconds);
-  timing["total"] = real(d.timing.total);
   const Json report = {{"schema", "isopach.distance/1"},
                        {"tool", {{"name", tool_name}, {"version", version}}},
                        {"inputs", Json::array({input_json(d.a, d.points_a, d.faces_a, d.own_faces_a),
@@ -195,7 +192,7 @@ std::string distance_json(const Distances& d, const std::vector<std::string>& ou
                        {"m3c2", m3c2_json(d.m3c2)},
                        {"outputs", outputs},
                        {"warnings", d.warnings},
-                       {"timing_s", timing}};
+                       {"timing_s", timing(d.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -114,16 +114,6 @@ Json parameters_json(const Matching& m) {
 
 Json fit_json(const Fit& f) { return {{"rho", real(f.rho)}, {"rms", real(f.rms)}, {"coverage", real(f.coverage)}}; }
 
-Json covariance_json(const Matching& m) {
-  Json rows = Json::array();
-  for (std::size_t i = 0; i < 6; ++i) {
-    Json row = Json::array();
-    for (std::size_t j = 0; j < 6; ++j) row.push_back(real(m.covariance[6 * i + j]));
-    rows.push_back(row);
-  }
-  return rows;
-}
-
 std::size_t stable_points(const Matching& m) {
   return static_cast<std::size_t>(std::count(m.stable.begin(), m.stable.end(), 1));
 }
@@ -152,9 +142,6 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
   Json history = Json::array();
   for (const MatchStep& s : m.history)
     history.push_back({{"rho", real(s.rho)}, {"rms", real(s.rms)}, {"share", real(s.share)}});
-  Json timing = Json::object();
-  for (const auto& [stage, seconds] : m.timing.stages) timing[stage] = real(seconds);
-  timing["total"] = real(m.timing.total);
   const Json report = {{"schema", "isopach.match/1"},
                        {"tool", {{"name", tool_name}, {"version", version}}},
                        {"inputs", Json::array({input_json(m.moving), input_json(m.fixed)})},
@@ -169,12 +156,12 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
                        {"after", fit_json(m.after)},
                        {"overlap", real(m.overlap)},
                        {"stable_points", stable_points(m)},
-                       {"covariance", covariance_json(m)},
+                       {"covariance", covariance(m.covariance)},
                        {"centre", point(m.centre)},
                        {"weak_directions", m.weak_directions},
                        {"outputs", outputs},
                        {"warnings", m.warnings},
-                       {"timing_s", timing}};
+                       {"timing_s", timing(m.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -232,9 +232,6 @@ std::string roughness_json(const Roughness& r, const std::vector<std::string>& o
   Json inputs = Json::array({input_json(r.scan.input)});
   if (r.after) inputs.push_back(input_json(r.after->input));
   if (r.reference) inputs.push_back(input_json(*r.reference));
-  Json timing = Json::object();
-  for (const auto& [stage, seconds] : r.timing.stages) timing[stage] = real(seconds);
-  timing["total"] = real(r.timing.total);
   const Json report = {{"schema", "isopach.roughness/1"},
                        {"tool", {{"name", tool_name}, {"version", version}}},
                        {"inputs", inputs},
@@ -246,7 +243,7 @@ std::string roughness_json(const Roughness& r, const std::vector<std::string>& o
                        {"change", change_json(r)},
                        {"outputs", outputs},
                        {"warnings", r.warnings},
-                       {"timing_s", timing}};
+                       {"timing_s", timing(r.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

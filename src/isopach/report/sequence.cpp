@@ -91,9 +91,6 @@ std::string sequence_json(const SequenceResult& r, const std::vector<std::string
     hinge = {{"point", point(r.hinge->point)}, {"direction", point(r.hinge->direction)}, {"rest", real(r.hinge->rest)}};
   Json frames = Json::array();
   for (const FrameMotion& f : r.frames) frames.push_back(frame_json(f));
-  Json timing = Json::object();
-  for (const auto& [stage, seconds] : r.timing.stages) timing[stage] = real(seconds);
-  timing["total"] = real(r.timing.total);
   const Json report = {{"schema", "isopach.sequence/1"},
                        {"tool", {{"name", tool_name}, {"version", version}}},
                        {"inputs",
@@ -119,7 +116,7 @@ std::string sequence_json(const SequenceResult& r, const std::vector<std::string
                        {"frames", frames},
                        {"outputs", outputs},
                        {"warnings", r.warnings},
-                       {"timing_s", timing}};
+                       {"timing_s", timing(r.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

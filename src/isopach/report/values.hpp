@@ -1,10 +1,12 @@
 // Numbers, points and matrices as JSON. Internal to report/: the header needs nlohmann-json.
 #pragma once
+#include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
+#include "isopach/compare/comparison.hpp"
 #include "isopach/geom/rigid.hpp"
 
 namespace isopach::values {
@@ -25,6 +27,25 @@ using Json = nlohmann::ordered_json;
   for (std::size_t i = 0; i < 16; i += 4)
     rows.push_back(Json::array({real(pose.m[i]), real(pose.m[i + 1]), real(pose.m[i + 2]), real(pose.m[i + 3])}));
   return rows;
+}
+
+/// Six rows of six.
+[[nodiscard]] inline Json covariance(const std::array<double, 36>& matrix) {
+  Json rows = Json::array();
+  for (std::size_t i = 0; i < 6; ++i) {
+    Json row = Json::array();
+    for (std::size_t j = 0; j < 6; ++j) row.push_back(real(matrix[6 * i + j]));
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+/// Seconds by stage, in running order, and in all.
+[[nodiscard]] inline Json timing(const Timing& timing) {
+  Json out = Json::object();
+  for (const auto& [stage, seconds] : timing.stages) out[stage] = real(seconds);
+  out["total"] = real(timing.total);
+  return out;
 }
 
 /// x and y of two corners; null if there is none.
