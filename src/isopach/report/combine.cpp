@@ -117,7 +117,7 @@ class CombinePage : HtmlPage {
     };
     both_rows("found, %", percent("face.share"), percent("jaw.share"), "of the object's points lie on the scan");
     both_rows("covered, %", percent("face.covered"), percent("jaw.covered"), "of the scan's points lie on the object");
-    both_rows("fit", plain("face.rms"), plain("jaw.rms"), "RMS distance of the pairs that take part");
+    both_rows("fit, " + unit_, plain("face.rms"), plain("jaw.rms"), "RMS distance of the pairs that take part");
     close_table();
   }
 
