@@ -111,7 +111,8 @@ class CombinePage : HtmlPage {
   void numbers() {
     open_table("How the object was found",
                "<th></th><th class=\"n\">face</th><th class=\"n\">jaw</th><th>what it says</th>");
-    const auto both_rows = [&](const char* name, const std::string& face, const std::string& jaw, const char* why) {
+    const auto both_rows = [&](const std::string& name, const std::string& face, const std::string& jaw,
+                               const char* why) {
       out_ += std::string("<tr><th scope=\"row\">") + name + "</th><td class=\"n\">" + face + "</td><td class=\"n\">" +
               jaw + "</td><td class=\"why\">" + why + "</td></tr>\n";
     };
