@@ -50,6 +50,13 @@ class Output(AsymmetryCli):
         self.assertLess(plain["index"]["percent"], plain["index"]["floor"])
         self.assertGreater(told["index"]["percent"], 3 * told["index"]["floor"])
 
+    def test_any_turn_of_the_picture(self):
+        # Few points and a head as round as this one: of the turn about the direction, little more than noise is known.
+        for turn in (0, 2, 8, 20):
+            self.write("turned.xyz", face(n=1500, turn=turn))
+            normal = self.told(name="turned.xyz")["plane"]["normal"]
+            self.assertAlmostEqual(math.degrees(math.atan2(normal[1], normal[0])), turn, delta=0.3)
+
     def test_folder(self):
         self.run_cli("asymmetry", "face.xyz", "-o", "out", "--json", "copy.json", "--title", "Who <it> is")
         files = {p.name for p in self.path("out").iterdir()}

@@ -226,10 +226,10 @@ Upright start_of(const Array<Point3>& thin, const Point3& across, const Asymmetr
   const Context silent = without_progress(context);
   std::vector<Trial> trials;
   std::string failure;
-  for (const double roll : {0.0, 5.0, -5.0, 10.0, -10.0, 15.0, -15.0})
+  for (const double roll : {0.0, 12.0, -12.0})
     for (const double turn : {0.0, 20.0, -20.0})
       for (const double shift : {0.0, 0.15, -0.15}) {
-        context.step("start", static_cast<double>(trials.size()) / 63);
+        context.step("start", static_cast<double>(trials.size()) / 27);
         try {
           trials.push_back(tried(thin, middle.turned_and_shifted(roll, turn, shift * width), across, o, silent));
         } catch (const OverlapError& error) {

@@ -61,7 +61,7 @@ struct Asymmetry {
   Timing timing;
 };
 
-/// Start: of 63 planes about `across` (turned by up to 15 degrees in the picture and 20 in depth, shifted by up to 15 %
+/// Start: of 27 planes about `across` (turned by up to 12 degrees in the picture and 20 in depth, shifted by up to 15 %
 /// of the width, so that a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts
 /// of the plane, the one about which the largest area is symmetric. Then all motions on all points, turned into face
 /// coordinates, until the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that

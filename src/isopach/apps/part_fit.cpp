@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
 
@@ -10,15 +11,8 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t query_block = 256;
-constexpr double mad_to_sigma = 1.4826;
 constexpr double on_surface = 4;  // standard deviations within which a point lies on the frame
 constexpr std::size_t start_sample = 500;
-
-double median(Array<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 MatchOptions fit_options() {
   MatchOptions o;

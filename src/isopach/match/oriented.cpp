@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -156,13 +157,6 @@ class Fitter {
   Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver_;
   Point3 mean_{0, 0, 0};
 };
-
-double median(Array<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// Bounded, and with mean 1.
 void even_out(Array<double>& areas) {

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -17,13 +18,6 @@ constexpr std::size_t query_block = 1024;
 constexpr double frmsd_power = 3;      // Phillips et al., section 4: for points in space
 constexpr double least_overlap = 0.3;  // below it a small patch that happens to fit would win
 constexpr double tukey_width = 4.685;  // 95 % efficient for normal residuals
-constexpr double mad_to_sigma = 1.4826;
-
-double middle_of(Array<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 /// The residual that half of the weight lies below.
 template <class Residual>
@@ -116,7 +110,7 @@ Array<Link> PairSearch::find(const Motion& motion, std::size_t stride, const Icp
     const double times = options.reject_distance * options.reject_distance;
     Array<double> values = lengths();
     const double unit = inverse_ ? motion.scale : 1;
-    drop_longer(options.reject_distance_absolute ? times / (unit * unit) : times * middle_of(values));
+    drop_longer(options.reject_distance_absolute ? times / (unit * unit) : times * median(values));
   }
   if (options.one_to_one) {
     std::sort(pairs.begin(), pairs.end(), [](const Candidate& a, const Candidate& b) {

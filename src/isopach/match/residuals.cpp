@@ -233,17 +233,14 @@ ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Loss&
       add_to);
 }
 
-// What noise of the heights adds to the information through the slope of a facet: n depends on the slope g through J =
-// d(−g, 1)·motion, so that only its x and y parts carry noise.
-void add_slope_noise(const MatchSurface& s, Index triangle, const Point3& arm, double weight, Symmetric7& noise) {
+// What noise of the heights adds to the information through the smoothed slope of a facet: n depends on the slope g
+// through J = d(−g, 1)·motion, so that only its x and y parts carry noise. The mean of three slopes has at most the
+// mean of their variances, as it has where the noise of all three is the same.
+void add_slope_noise(const MatchSurface& s, const Array<SlopeNoise>& slopes, Index triangle, const Point3& arm,
+                     double weight, Symmetric7& noise) {
   const auto& v = s.t.triangles[triangle].v;
-  const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
-  const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
-  const double twice = bx * cy - by * cx;
-  const double lx[3] = {(by - cy) / twice, cy / twice, -by / twice};
-  const double ly[3] = {(cx - bx) / twice, -cx / twice, bx / twice};
-  double xx = 0, xy = 0, yy = 0;  // Σ over corners of ∇λ ∇λᵀ
-  for (int k = 0; k < 3; ++k) xx += lx[k] * lx[k], xy += lx[k] * ly[k], yy += ly[k] * ly[k];
+  double xx = 0, xy = 0, yy = 0;
+  for (const Index node : v) xx += slopes[node].xx / 3, xy += slopes[node].xy / 3, yy += slopes[node].yy / 3;
   const Vector7 along_x{0, -arm.z, arm.y, 1, 0, 0, arm.x}, along_y{arm.z, 0, -arm.x, 0, 1, 0, arm.y};
   Vector7 both_ways;
   for (std::size_t k = 0; k < parameters; ++k) both_ways[k] = along_x[k] + along_y[k];
@@ -254,7 +251,7 @@ void add_slope_noise(const MatchSurface& s, Index triangle, const Point3& arm, d
 
 template <bool moving_nodes>
 Information information_of(const ResidualSide& side, const View& view, const Loss& loss, double noise,
-                           std::size_t patch, std::size_t begin, std::size_t end) {
+                           const Array<SlopeNoise>& slopes, std::size_t patch, std::size_t begin, std::size_t end) {
   const MatchSurface &nodes = *side.nodes, &target = *side.target;
   Information sum;
   for (std::size_t first = begin; first < end; first += patch) {
@@ -265,16 +262,12 @@ Information information_of(const ResidualSide& side, const View& view, const Los
       const double weight = nodes.weight[i] * f.weight * side.trust[first / patch] * value(loss, side.n[i]).weight;
       if (!(weight > 0)) continue;
       const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
-      if (noise > 0) {  // the facets as they are, so that what their noise adds is known
-        const double cosine = 1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy);
-        sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(f.gx, f.gy, cosine), side.n[i]), weight);
-        add_slope_noise(target, side.hint[i], view.arm(moving_nodes ? there : own),
-                        weight * noise * noise * cosine * cosine, sum.noise);
-        continue;
-      }
       const Vector7 j =
           view.derivative<moving_nodes>(own, there, normal_of(f.smooth_gx, f.smooth_gy, f.cosine), side.n[i]);
       sum.h.add(j, weight);
+      if (noise > 0)
+        add_slope_noise(target, slopes, side.hint[i], view.arm(moving_nodes ? there : own),
+                        weight * noise * noise * f.cosine * f.cosine, sum.noise);
       for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
     }
     sum.score.add(score, 1);
@@ -397,11 +390,13 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
   };
   for (const ResidualSide& side : sides_) {
     const View view(side, motion, centre_, length_);
+    const Array<SlopeNoise> slopes = noise > 0 ? slope_noise(*side.target) : Array<SlopeNoise>{};
     add(total, reduce_blocks<Information>(
                    side.nodes->xy.size(), block,
                    [&](std::size_t begin, std::size_t end) {
-                     return side.moving_nodes ? information_of<true>(side, view, loss, noise, patch_, begin, end)
-                                              : information_of<false>(side, view, loss, noise, patch_, begin, end);
+                     return side.moving_nodes
+                                ? information_of<true>(side, view, loss, noise, slopes, patch_, begin, end)
+                                : information_of<false>(side, view, loss, noise, slopes, patch_, begin, end);
                    },
                    add));
   }

@@ -94,8 +94,8 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  /// At the motion of the last evaluation. `noise` 0: h and score, by smoothed slopes. Else h by the facets' own slopes
-  /// and what heights with this standard deviation add to it.
+  /// At the motion of the last evaluation, by smoothed slopes. `noise`: standard deviation of the heights; 0: the
+  /// result's `noise` is not asked for.
   [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise,
                                         const Context& context) const;
 

@@ -331,7 +331,7 @@ class Search {
         finish(residuals, s);
       } else {
         settle(residuals, s, !everything(), 8, 2, 1e-4 * extent_);
-        doubt(residuals, s);
+        doubt(residuals, levels_.moving(k), levels_.fixed(k), s);
       }
       motion_ = s.at.motion;
       result_.iterations += s.accepted;
@@ -340,11 +340,12 @@ class Search {
 
   // Of the motions that no level before has held, those that this one does not hold either: what it knows of them is
   // no more than noise gives. Each level has its say: a thin one misses detail, a dense one has noise in every slope.
-  void doubt(Residuals& residuals, Solver& s) {
+  // Noise is what the scans show, each against itself: residuals far from the best motion are more than noise.
+  void doubt(Residuals& residuals, const MatchSurface& moving, const MatchSurface& fixed, Solver& s) {
     if (doubtful_.cols() == 0 || frozen_.cols() > 0) return;
     s.refresh();
-    const Information info =
-        residuals.information(s.at.motion, s.loss, std::max(floor(), residuals.spread()), context_);
+    const double noise = std::min(residuals.spread(), std::hypot(roughness(moving), roughness(fixed)));
+    const Information info = residuals.information(s.at.motion, s.loss, std::max(floor(), noise), context_);
     Basis still(7, 0);
     for (const Weak& w : weak_within(info, doubtful_, largest_within(info, basis_), true)) {
       if (!w.noise) continue;
@@ -358,7 +359,7 @@ class Search {
   void finish(Residuals& residuals, Solver& s) {
     const double tolerance = (options_.tolerance > 0 ? options_.tolerance : default_match_tolerance) * extent_;
     settle(residuals, s, !everything(), 6, 1, 1e-5 * extent_);
-    doubt(residuals, s);
+    doubt(residuals, levels_.moving(levels_.count() - 1), levels_.fixed(levels_.count() - 1), s);
     reweigh(residuals, s, !everything());
     s.history = &result_.history;
     s.note();

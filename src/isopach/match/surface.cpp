@@ -4,6 +4,7 @@
 #include <cmath>
 #include <utility>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/measure/measures.hpp"
@@ -124,6 +125,83 @@ Array<double> steepness(const MatchSurface& s) {
   Array<double> steep(slopes.size());
   for_each_index(slopes.size(), [&](std::size_t i) { steep[i] = std::hypot(slopes[i].x, slopes[i].y); });
   return steep;
+}
+
+// The mean slope around a node is Σ over its facets and their corners of height · q / (2 · area), q the side opposite
+// to the corner, turned by a right angle. A corner between two facets counts with the sum of its q.
+Array<SlopeNoise> slope_noise(const MatchSurface& s) {
+  Array<SlopeNoise> noise(s.xy.size());
+  Array<double> twice_area(s.xy.size());
+  Array<Point2> own(s.xy.size());  // Σ q of the node itself: 0 where facets surround it
+  std::fill(noise.begin(), noise.end(), SlopeNoise{});
+  std::fill(twice_area.begin(), twice_area.end(), 0.0);
+  std::fill(own.begin(), own.end(), Point2{0, 0});
+  const auto facet = [&](Index t) { return !s.t.is_ghost(t) && s.facets[t].cosine > 0; };
+  const auto turned = [&](Index t, Index k) {  // q of corner k
+    const auto& v = s.t.triangles[t].v;
+    const Point2 &p = s.xy[v[next_side(k)]], &q = s.xy[v[next_side(next_side(k))]];
+    return Point2{p.y - q.y, q.x - p.x};
+  };
+  const auto add = [&](Index node, const Point2& q) {
+    noise[node].xx += q.x * q.x, noise[node].xy += q.x * q.y, noise[node].yy += q.y * q.y;
+  };
+  for (Index t = 0; t < s.t.real; ++t) {
+    if (!facet(t)) continue;
+    const auto& v = s.t.triangles[t].v;
+    const double twice = 2 * triangle_area(s.xy[v[0]], s.xy[v[1]], s.xy[v[2]]);
+    for (Index k = 0; k < 3; ++k) {
+      const Index next = next_side(k), n = s.t.triangles[t].n[k], other = triangle_of(n);
+      const Point2 mine = turned(t, k), next_one = turned(t, next);
+      twice_area[v[k]] += twice;
+      own[v[k]] = {own[v[k]].x + mine.x, own[v[k]].y + mine.y};
+      if (!facet(other)) {  // the side is of this facet alone
+        add(v[k], next_one);
+        add(v[next], mine);
+        continue;
+      }
+      // The other facet has the same side the other way round: from v[next] to v[k].
+      const Index from = side_of(n);
+      const Point2 across = turned(other, from);  // of v[next] there, whose end is v[k]
+      const Point2 across_next = turned(other, next_side(from));
+      if (v[k] < v[next]) {
+        add(v[k], {next_one.x + across.x, next_one.y + across.y});
+        add(v[next], {mine.x + across_next.x, mine.y + across_next.y});
+      }
+    }
+  }
+  for_each_index(noise.size(), [&](std::size_t i) {
+    if (!(twice_area[i] > 0)) return;
+    SlopeNoise& c = noise[i];
+    const double scale = 1 / (twice_area[i] * twice_area[i]);
+    const Point2& q = own[i];
+    c = {(c.xx + q.x * q.x) * scale, (c.xy + q.x * q.y) * scale, (c.yy + q.y * q.y) * scale};
+  });
+  return noise;
+}
+
+double roughness(const MatchSurface& s) {
+  const Array<Slope> slopes = node_slopes(s);
+  struct Around {
+    double over = 0;  // of the node, Σ over the corners
+    double corners = 0;
+  };
+  Array<Around> around(s.xy.size());
+  std::fill(around.begin(), around.end(), Around{});
+  for (Index i = 0; i < s.t.real; ++i) {
+    if (s.facets[i].cosine == 0) continue;
+    for (const Index node : s.t.triangles[i].v)
+      for (const Index corner : s.t.triangles[i].v) {
+        if (corner == node) continue;
+        const Slope& g = slopes[node];
+        around[node].over +=
+            s.z[node] - s.z[corner] + g.x * (s.xy[corner].x - s.xy[node].x) + g.y * (s.xy[corner].y - s.xy[node].y);
+        ++around[node].corners;
+      }
+  }
+  std::vector<double> sizes;
+  for (const Around& a : around)
+    if (a.corners > 0) sizes.push_back(std::fabs(a.over) / a.corners);
+  return mad_to_sigma * median(sizes);
 }
 
 MatchSurface thinned(const MatchSurface& s, std::size_t run, bool trim, const Context& context) {

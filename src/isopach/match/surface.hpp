@@ -44,6 +44,19 @@ void weigh(MatchSurface& s, Array<double> mu);
 /// Rise over run at each node, mean of the facets around it by area.
 [[nodiscard]] Array<double> steepness(const MatchSurface& s);
 
+/// Standard deviation of the heights about their neighbours, from the median: of the node's height over the mean of the
+/// corners of its facets, carried along the mean slope there. It holds what is noise and what the nodes are too few to
+/// show, whatever the other scan is. 0 without facets. Cost O(n).
+[[nodiscard]] double roughness(const MatchSurface& s);
+
+/// Covariance of the two parts of a slope.
+struct SlopeNoise {
+  double xx = 0, xy = 0, yy = 0;
+};
+/// By node: what independent heights of variance 1 make of the mean slope around it. Cost O(n).
+/// Test: Surface.NoiseOfSlopes.
+[[nodiscard]] Array<SlopeNoise> slope_noise(const MatchSurface& s);
+
 /// The surface through the means of `run` nodes in a row each (they are neighbours: the nodes are in curve order):
 /// smoother and `run` times thinner.
 [[nodiscard]] MatchSurface thinned(const MatchSurface& s, std::size_t run, bool trim, const Context& context);

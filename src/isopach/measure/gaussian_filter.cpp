@@ -8,6 +8,7 @@
 #include <fmt/format.h>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/measure/gaussian_sums.hpp"
 
@@ -73,9 +74,7 @@ void filter(const GaussianBoxes& boxes, std::span<const double> weight, std::spa
 double median_size(const GaussianBoxes& boxes, std::span<const double> z, std::span<const double> mean) {
   std::vector<double> sizes(boxes.nodes.size());
   for (std::size_t k = 0; k < sizes.size(); ++k) sizes[k] = std::fabs(z[boxes.nodes[k]] - mean[boxes.nodes[k]]);
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return *middle;
+  return median(sizes);
 }
 
 }  // namespace

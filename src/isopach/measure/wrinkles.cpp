@@ -8,24 +8,18 @@
 #include <fmt/format.h>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/sum.hpp"
 
 namespace isopach {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double normal_mad = 1.4826;  // standard deviations in a median of absolute deviations
 constexpr double default_depth = 3;    // NMADs
 constexpr double default_length = 10;  // spacings
 constexpr double slender = 3;          // least length ÷ width
 constexpr double stretch = 3;          // spacings a stretch of the line
 constexpr std::size_t least_nodes = 3;
-
-double median(std::vector<double>& values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
 
 double nmad(std::span<const double> relief, std::span<const double> area) {
   std::vector<double> values;
@@ -34,7 +28,7 @@ double nmad(std::span<const double> relief, std::span<const double> area) {
   if (values.empty()) return 0;
   const double middle = median(values);
   for (double& v : values) v = std::fabs(v - middle);
-  return normal_mad * median(values);
+  return mad_to_sigma * median(values);
 }
 
 class Valleys {

@@ -1,0 +1,69 @@
+// The surface of a scan as the search sees it: what noise makes of its slopes, and how rough it is.
+#include "isopach/match/surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "isopach/base/random.hpp"
+
+namespace isopach {
+namespace {
+
+/// Random nodes in curve order of the unit square, with the heights that `height` gives to (place, number).
+template <class Height>
+MatchSurface square(std::size_t n, std::uint64_t seed, const Height& height) {
+  const RandomStream random(seed, 0);
+  Array<Point2> places(n);
+  for (std::size_t i = 0; i < n; ++i) places[i] = {random.uniform(2 * i), random.uniform(2 * i + 1)};
+  const CurveBox box = curve_box({{0, 0}, {1, 1}});
+  Array<Point2> sorted;
+  (void)curve_order(places, box, nullptr, &sorted);
+  Array<double> z(n);
+  for (std::size_t i = 0; i < n; ++i) z[i] = height(sorted[i], i);
+  return make_surface(std::move(sorted), std::move(z), box, false, 0, {});
+}
+
+/// Of every node, height by height: its slope is read from how steep it is on two planes.
+Array<SlopeNoise> noise_by_unit_heights(std::size_t n, std::uint64_t seed) {
+  Array<SlopeNoise> noise(n);
+  std::fill(noise.begin(), noise.end(), SlopeNoise{});
+  for (std::size_t j = 0; j < n; ++j) {
+    const auto steep = [&](double x, double y) {
+      return steepness(
+          square(n, seed, [&](const Point2& p, std::size_t i) { return x * p.x + y * p.y + (i == j ? 1.0 : 0.0); }));
+    };
+    const Array<double> flat = steep(0, 0), along_x = steep(1, 0), along_y = steep(0, 1);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double square0 = flat[i] * flat[i];
+      const double x = (along_x[i] * along_x[i] - square0 - 1) / 2, y = (along_y[i] * along_y[i] - square0 - 1) / 2;
+      noise[i].xx += x * x, noise[i].xy += x * y, noise[i].yy += y * y;
+    }
+  }
+  return noise;
+}
+
+TEST(Surface, NoiseOfSlopes) {
+  for (const std::size_t n : {3u, 4u, 9u, 40u}) {
+    const Array<SlopeNoise> found = slope_noise(square(n, 11 + n, [](const Point2&, std::size_t) { return 0.0; }));
+    const Array<SlopeNoise> expected = noise_by_unit_heights(n, 11 + n);
+    for (std::size_t i = 0; i < n; ++i) {
+      const double size = expected[i].xx + expected[i].yy;
+      EXPECT_NEAR(found[i].xx, expected[i].xx, 1e-7 * size) << n << ' ' << i;
+      EXPECT_NEAR(found[i].xy, expected[i].xy, 1e-7 * size) << n << ' ' << i;
+      EXPECT_NEAR(found[i].yy, expected[i].yy, 1e-7 * size) << n << ' ' << i;
+    }
+  }
+}
+
+TEST(Surface, RoughnessIsThatOfTheNoiseAndNotOfTheSlope) {
+  const RandomStream random(4, 1);
+  const auto noisy = [&](const Point2& p, std::size_t i) { return 30 * p.x - 7 * p.y + 0.2 * random.normal(i); };
+  const double found = roughness(square(20000, 1, noisy));
+  EXPECT_GT(found, 0.2);
+  EXPECT_LT(found, 0.24);  // the mean of six neighbours has noise too
+  EXPECT_LT(roughness(square(2000, 1, [](const Point2& p, std::size_t) { return 30 * p.x - 7 * p.y; })), 1e-12);
+}
+
+}  // namespace
+}  // namespace isopach
