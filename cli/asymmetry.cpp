@@ -5,9 +5,8 @@
 
 #include <memory>
 
-#include "cli/command.hpp"
+#include "cli/application.hpp"
 #include "cli/match.hpp"
-#include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
@@ -33,62 +32,29 @@ constexpr const char* footer =
     "  isopach asymmetry head.obj --depth 110 --visible        the front of a head";
 
 struct Request {
-  std::string face, output, json, across;
+  std::string face, across;
   AsymmetryOptions options;
-  MapOptions map;
+  ApplicationOutput output;
   RunOptions run;
 };
 
-void add_output_options(Command& command, Request& request) {
-  command.heading("Output");
-  command
-      .option("-o,--output", "DIR", request.output,
-              "Folder for result.json, report.html, asymmetry.png, points.ply (FACE with the attribute asymmetry), "
-              "pose.txt (takes FACE to face coordinates); made if it is not there")
-      ->check(not_empty());
-  command
-      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
-  std::vector<std::pair<std::string, std::string>> names;
-  for (const std::string& name : palettes()) names.emplace_back(name, name);
-  command.choice<std::string>("--palette", request.map.palette, names, "Diverging colours of the map");
-  command.flag("--flip-palette", request.map.flip, "Swap the two ends of the palette");
-  command.option("--title", "TEXT", request.map.title, "Title of map and report");
-  command.option("--map-width", "PIXELS", request.map.width, "Width of the map")
-      ->check(whole_number(400, 16000))
-      ->capture_default_str();
-}
-
 void deliver(Asymmetry& a, const Cloud& face, const Request& request, OutputFolder* folder, double read_s, Run& run) {
   const Context& context = run.context();
-  Stopwatch watch;
-  std::string map;
-  if (folder != nullptr) {
-    write_asymmetry_map(map = folder->path("asymmetry.png"), a, request.map, context);
-    write_asymmetry_points(folder->path("points.ply"), face, a, context);
-    folder->write_text("pose.txt", pose_text(a.to_face));
-  }
-  const double write_s = watch.lap();
-  a.timing.stages.insert(a.timing.stages.begin(), {"read", read_s});
-  a.timing.stages.emplace_back("write", write_s);
-  a.timing.total += read_s + write_s;
-  std::string json;
-  if (folder != nullptr) {
-    const std::string report = folder->path("report.html"), result = folder->path("result.json");
-    json = asymmetry_json(a, folder->names());
-    write_text_file(result, json);
-    write_asymmetry_html(report, a, map, json, request.map, context);
-    context.check();
-    folder->commit();
-  } else if (!request.json.empty()) {
-    json = asymmetry_json(a, {});
-  }
-  if (!request.json.empty()) write_json(request.json, json, run);
-  if (request.json != "-") {
-    run.show(asymmetry_text(a));
-  } else {
-    for (const std::string& warning : a.warnings) run.say("warning: " + warning);
-  }
+  const MapOptions& look = request.output.map;
+  Delivered files;
+  files.write = [&](OutputFolder& out) {
+    const std::string map = out.path("asymmetry.png");
+    write_asymmetry_map(map, a, look, context);
+    write_asymmetry_points(out.path("points.ply"), face, a, context);
+    out.write_text("pose.txt", pose_text(a.to_face));
+    return map;
+  };
+  files.json = [&](const std::vector<std::string>& outputs) { return asymmetry_json(a, outputs); };
+  files.page = [&](const std::string& path, const std::string& map, const std::string& json) {
+    write_asymmetry_html(path, a, map, json, look, context);
+  };
+  files.text = [&] { return asymmetry_text(a); };
+  deliver_application(files, a.timing, a.warnings, request.output, folder, read_s, run);
 }
 
 Point3 parse_across(const std::string& text) {
@@ -116,7 +82,9 @@ int run_asymmetry(const Arguments& arguments) {
   CompareOptions& compare = options.compare;
   Command command("asymmetry", description, footer);
   command.positional("FACE", request.face, "Scan of a face; any format that compare reads");
-  add_output_options(command, request);
+  add_application_output(command, request.output,
+                         "asymmetry.png, points.ply (FACE with the attribute asymmetry), pose.txt (takes FACE to face "
+                         "coordinates)");
   command.heading("Scan");
   command.parsed("--direction", "x|y|z|fit|X,Y,Z", compare.project.direction, parse_direction,
                  "Direction from the face to the viewer; fit: normal of the plane fitted to the scan (default z)");
@@ -152,8 +120,7 @@ int run_asymmetry(const Arguments& arguments) {
   if (!request.across.empty()) options.across = parse_across(request.across);
 
   Run run(request.run);
-  std::unique_ptr<OutputFolder> folder;
-  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  const std::unique_ptr<OutputFolder> folder = open_folder(request.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = options.visible;

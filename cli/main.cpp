@@ -20,6 +20,8 @@ const std::vector<Verb>& verbs() {
       {"match", "the pose of one scan on another that minimises the measure between them", run_match},
       {"distance", "distances in space: nearest point or surface, normal, Hausdorff, M3C2", run_distance},
       {"asymmetry", "symmetry plane of a face, how and where its two sides differ", run_asymmetry},
+      {"accuracy", "a reconstruction against a reference scan: bias, scatter, completeness, verdict", run_accuracy},
+      {"scanners", "two scanners on one object: noise, bias, and which detail each resolves", run_scanners},
       {"roughness", "areal roughness and wrinkles, once form and waviness are removed", run_roughness},
       {"sequence", "static and moving part of a sequence of scans, and the motion of every frame", run_sequence},
       {"combine", "two scans in one model, by a reference object that is seen in both", run_combine},

@@ -12,8 +12,10 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "Two scans of a made scene, a and b, as two scanners would sample it, and the truth about the volumes between "
-    "them.\n";
+    "Scans of a made scene, as scanners would sample it, and what is true of it. Most scenes are two scans of one "
+    "surface, "
+    "a\n"
+    "and b, with the volumes between them.\n";
 
 constexpr const char* footer =
     "Examples:\n"
@@ -36,7 +38,7 @@ int run_simulate(const Arguments& arguments) {
       "SCENE", scene_request.name,
       "One of " + scene_list() + ", chewing (a sequence of frames), combine (face, jaw and reference object)");
   command.heading("Output");
-  command.option("-o,--output", "DIR", output, "Folder for a, b and truth.json; made if it is not there")
+  command.option("-o,--output", "DIR", output, "Folder for the scans and truth.json; made if it is not there")
       ->required()
       ->check(not_empty());
   command.choice<Format>("--format", format, {{"ply", Format::ply}, {"las", Format::las}, {"xyz", Format::xyz}},

@@ -16,6 +16,8 @@ int run_compare(const Arguments& arguments);
 int run_match(const Arguments& arguments);
 int run_distance(const Arguments& arguments);
 int run_asymmetry(const Arguments& arguments);
+int run_accuracy(const Arguments& arguments);
+int run_scanners(const Arguments& arguments);
 int run_roughness(const Arguments& arguments);
 int run_sequence(const Arguments& arguments);
 int run_combine(const Arguments& arguments);

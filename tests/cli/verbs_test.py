@@ -9,8 +9,8 @@ from support import CliTest, points
 class Help(CliTest):
     def test_every_verb(self):
         overview = self.run_cli("--help").stdout
-        verbs = ["compare", "match", "distance", "asymmetry", "sequence", "combine", "roughness", "info", "simulate",
-                 "demo", "convert"]
+        verbs = ["compare", "match", "distance", "asymmetry", "accuracy", "scanners", "sequence", "combine",
+                 "roughness", "info", "simulate", "demo", "convert"]
         for verb in verbs:
             self.assertIn(f"\n  {verb} ", overview)
             text = self.run_cli(verb, "--help").stdout

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "isopach/apps/pieces.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 
@@ -44,60 +45,25 @@ std::vector<Strip> strips_of(const CellView& cells, FaceParts parts) {
   return strips;
 }
 
-struct Corner {
-  double x, y, d;
-};
-
-/// A convex polygon: a triangle cut three times at most.
-struct Piece {
-  unsigned corners = 0;
-  std::array<Corner, 6> at;
-};
-
-/// The part where `height` of a corner is not negative; it is linear in x and y.
-template <class Height>
-Piece cut(const Piece& piece, Height&& height) {
-  Piece kept;
-  for (unsigned k = 0; k < piece.corners; ++k) {
-    const Corner &p = piece.at[k], &q = piece.at[(k + 1) % piece.corners];
-    const double hp = height(p), hq = height(q);
-    if (hp >= 0) kept.at[kept.corners++] = p;
-    if ((hp >= 0) == (hq >= 0)) continue;
-    const double t = hp / (hp - hq);
-    kept.at[kept.corners++] = {p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), p.d + t * (q.d - p.d)};
-  }
-  return kept;
-}
-
 struct Sums {
   Sum area, above, below, squares;
   double largest = 0;
 
   void add(const Piece& piece) {
-    for (unsigned k = 2; k < piece.corners; ++k) {
-      const Corner &a = piece.at[0], &b = piece.at[k - 1], &c = piece.at[k];
-      const double size = triangle_area({a.x, a.y}, {b.x, b.y}, {c.x, c.y});
-      if (!(size > 0)) continue;
-      const Cell cell{size, {a.d, b.d, c.d}};
+    for_triangles(piece, [&](const Cell& cell) {
+      const auto& [a, b, c] = cell.d;
       const Parts parts = split_volume(cell);
-      area.add(size), above.add(parts.above), below.add(parts.below);
-      const double sum = a.d + b.d + c.d;
-      squares.add(size / 12 * (sum * sum + a.d * a.d + b.d * b.d + c.d * c.d));
-      largest = std::max({largest, std::fabs(a.d), std::fabs(b.d), std::fabs(c.d)});
-    }
+      area.add(cell.area), above.add(parts.above), below.add(parts.below);
+      const double sum = a + b + c;
+      squares.add(cell.area / 12 * (sum * sum + a * a + b * b + c * c));
+      largest = std::max({largest, std::fabs(a), std::fabs(b), std::fabs(c)});
+    });
   }
   void add(const Sums& other) {
     area.add(other.area), above.add(other.above), below.add(other.below), squares.add(other.squares);
     largest = std::max(largest, other.largest);
   }
 };
-
-Piece piece_of(const CellView& cells, std::size_t triangle) {
-  Piece piece;
-  for (const Index v : cells.t.triangles[triangle].v)
-    piece.at[piece.corners++] = {cells.xy[v].x, cells.xy[v].y, cells.d(v)};
-  return piece;
-}
 
 SideDifference described(const std::string& name, const Sums& sums) {
   SideDifference r;
@@ -126,13 +92,13 @@ std::vector<SideDifference> face_regions(const CellView& cells, FaceParts parts,
         All part(strips.size());
         for (std::size_t i = begin; i < end; ++i) {
           if (cells.in_domain[i] == 0) continue;
-          const Piece side = cut(piece_of(cells, i), [](const Corner& p) { return p.x; });
+          const Piece side = cut(piece_of(cells, i), [](const PieceCorner& p) { return p.x; });
           if (side.corners == 0) continue;
           part[0].add(side);
           for (std::size_t k = 1; k < strips.size(); ++k) {
             const Strip& s = strips[k];
-            part[k].add(cut(cut(side, [&](const Corner& p) { return p.y - s.low; }),
-                            [&](const Corner& p) { return s.high - p.y; }));
+            part[k].add(cut(cut(side, [&](const PieceCorner& p) { return p.y - s.low; }),
+                            [&](const PieceCorner& p) { return s.high - p.y; }));
           }
         }
         return part;

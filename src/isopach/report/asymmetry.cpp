@@ -146,10 +146,7 @@ class Page : public HtmlPage {
     regions();
     plane();
     numbers();
-    settings();
-    timing();
-    raw();
-    close_page();
+    finish_page();
     return out_;
   }
 

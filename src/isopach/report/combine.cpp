@@ -58,10 +58,7 @@ class CombinePage : HtmlPage {
     pictures();
     numbers();
     pose();
-    settings();
-    timing();
-    raw();
-    close_page();
+    finish_page();
     return out_;
   }
 

@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "isopach/io/write.hpp"
-#include "isopach/report/values.hpp"
+#include "isopach/report/alignment_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -85,16 +85,9 @@ Json pairs_json(const Matching& m) {
 Json parameters_json(const Matching& m) {
   const MatchOptions& o = m.options;
   const CompareOptions& c = o.compare;
-  const Freedom& f = o.freedom;
-  Json free = Json::array();
-  const auto add = [&](bool is_free, const char* name) {
-    if (is_free) free.push_back(name);
-  };
-  add(f.shift_x, "x"), add(f.shift_y, "y"), add(f.shift_z, "z");
-  add(f.turn_x, "turn-x"), add(f.turn_y, "turn-y"), add(f.turn_z, "turn-z"), add(f.scale, "scale");
   return {{"start", matrix(o.start)},
           {"coarse", o.coarse},
-          {"freedom", free},
+          {"freedom", freedom(o.freedom)},
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
           {"tolerance", real(o.tolerance > 0 ? o.tolerance : default_match_tolerance)},

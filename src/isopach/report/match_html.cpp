@@ -32,10 +32,7 @@ class MatchPage : HtmlPage {
     pose();
     precision();
     quality();
-    settings();
-    timing();
-    raw();
-    close_page();
+    finish_page();
     return out_;
   }
 

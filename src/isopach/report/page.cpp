@@ -135,6 +135,13 @@ void HtmlPage::open_page(const std::string& title) {
 
 void HtmlPage::close_page() { out_ += "</main>\n</body>\n</html>\n"; }
 
+void HtmlPage::finish_page() {
+  settings();
+  timing();
+  raw();
+  close_page();
+}
+
 const HtmlPage::Json& HtmlPage::at(const std::string& key) const {
   constexpr std::string_view percentiles = "abs_percentiles.";  // dots part names, but for those in a level behind it
   const std::size_t found = key.find(percentiles);

@@ -23,6 +23,8 @@ class HtmlPage {
   /// Begins the page, with the style of all reports, and ends it.
   void open_page(const std::string& title);
   void close_page();
+  /// The end of a report: the objects `parameters` and `timing_s` of result.json as tables, raw(), close_page().
+  void finish_page();
 
   /// A value of result.json by its path, "volume.net" or "inputs.0.path".
   [[nodiscard]] const Json& at(const std::string& key) const;
@@ -46,15 +48,16 @@ class HtmlPage {
   void warnings();
   /// A PNG that is written already, carried in the page. Errors: InputError where it cannot be read.
   void picture(const std::string& png, const std::string& alt, const std::string& caption = "");
-  /// The objects `parameters` and `timing_s` of result.json as tables.
-  void settings();
-  void timing();
   /// result.json itself, and the foot of the page.
   void raw();
 
   const std::string& text_;
   Json json_;
   std::string out_;
+
+ private:
+  void settings();
+  void timing();
 };
 
 /// The page to a file, whole or not at all. Errors: InputError naming the path.

@@ -54,10 +54,7 @@ class Page : public HtmlPage {
     wrinkles();
     removed();
     inputs();
-    settings();
-    timing();
-    raw();
-    close_page();
+    finish_page();
     return out_;
   }
 

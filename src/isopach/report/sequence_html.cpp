@@ -33,10 +33,7 @@ class SequencePage : HtmlPage {
     paths();
     parts();
     table();
-    settings();
-    timing();
-    raw();
-    close_page();
+    finish_page();
     return out_;
   }
 

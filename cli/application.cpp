@@ -1,0 +1,55 @@
+#include "cli/application.hpp"
+
+namespace isopach::cli {
+
+void add_application_output(Command& command, ApplicationOutput& output, const std::string& files) {
+  command.heading("Output");
+  command
+      .option("-o,--output", "DIR", output.output,
+              "Folder for result.json, report.html, " + files + "; made if it is not there")
+      ->check(not_empty());
+  command.option("--json", "FILE", output.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      ->check(not_empty());
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : palettes()) names.emplace_back(name, name);
+  command.choice<std::string>("--palette", output.map.palette, names, "Diverging colours of the map");
+  command.flag("--flip-palette", output.map.flip, "Swap the two ends of the palette");
+  command.option("--title", "TEXT", output.map.title, "Title of map and report");
+  command.option("--map-width", "PIXELS", output.map.width, "Width of the map")
+      ->check(whole_number(400, 16000))
+      ->capture_default_str();
+}
+
+std::unique_ptr<OutputFolder> open_folder(const ApplicationOutput& output) {
+  return output.output.empty() ? nullptr : std::make_unique<OutputFolder>(output.output);
+}
+
+void deliver_application(const Delivered& result, Timing& timing, const std::vector<std::string>& warnings,
+                         const ApplicationOutput& output, OutputFolder* folder, double read_s, Run& run) {
+  Stopwatch watch;
+  std::string map;
+  if (folder != nullptr) map = result.write(*folder);
+  const double write_s = watch.lap();
+  timing.stages.insert(timing.stages.begin(), {"read", read_s});
+  timing.stages.emplace_back("write", write_s);
+  timing.total += read_s + write_s;
+  std::string json;
+  if (folder != nullptr) {
+    const std::string report = folder->path("report.html"), file = folder->path("result.json");
+    json = result.json(folder->names());
+    write_text_file(file, json);
+    result.page(report, map, json);
+    run.context().check();
+    folder->commit();
+  } else if (!output.json.empty()) {
+    json = result.json({});
+  }
+  if (!output.json.empty()) write_json(output.json, json, run);
+  if (output.json != "-") {
+    run.show(result.text());
+  } else {
+    for (const std::string& warning : warnings) run.say("warning: " + warning);
+  }
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,96 @@
+// isopach scanners A B REFERENCE
+#include <fmt/core.h>
+
+#include <memory>
+
+#include "cli/application.hpp"
+#include "cli/match.hpp"
+#include "cli/parse.hpp"
+#include "cli/scans.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/io/read.hpp"
+#include "isopach/report/scanners.hpp"
+
+namespace isopach::cli {
+namespace {
+
+constexpr const char* description =
+    "Two scanners on one object: noise and bias of each against a reference of it, rho_V and rho_dV between them, and\n"
+    "which details of the reference each of them resolves.\n";
+
+constexpr const char* footer =
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
+    "\n"
+    "Examples:\n"
+    "  isopach scanners handheld.ply lab.ply master.ply --unit mm\n"
+    "  isopach scanners a.ply b.ply reference.ply --align none --reference-sigma 0.01 -o result";
+
+struct Request {
+  std::string a, b, reference;
+  std::string start;
+  ScannersOptions options;
+  ApplicationOutput output;
+  RunOptions run;
+};
+
+}  // namespace
+
+int run_scanners(const Arguments& arguments) {
+  Request request;
+  CompareOptions& compare = request.options.match.compare;
+  Command command("scanners", description, footer);
+  command.positional("A", request.a, "Scan by the first scanner; any format that compare reads");
+  command.positional("B", request.b, "Scan by the second");
+  command.positional("REFERENCE", request.reference, "The object itself: a better scan, a model with dense points");
+  add_application_output(command, request.output, "difference.png");
+  command.heading("Scanners");
+  command.choice<bool>("--align", request.options.align, {{"none", false}, {"rigid", true}},
+                       "Whether each scan is matched to the reference first; none: all are in one system");
+  command
+      .option("--reference-sigma", "S", request.options.reference_sigma,
+              "Noise of the reference, one standard deviation, taken off that of the scanners (default 0: it is the "
+              "truth)")
+      ->check(not_negative());
+  add_scan_options(
+      command, compare.project, request.start, compare.unit,
+      "Direction that heights are measured along; fit: normal of the plane fitted to both (default z)",
+      "Height of points of one scan with the same place; error: refuse such a scan",
+      {"--start", "the row-major matrix that takes both scans to REFERENCE, to start from (default: as is)"});
+  command.flag("--allow-crs", compare.allow_crs,
+               "Go on although the CRS is in degrees, is Web Mercator, or differs between the scans");
+  add_border_options(command, compare);
+  add_match_options(command, request.options.match);
+  add_run_options(command, request.run);
+  if (!command.parse(arguments)) return 0;
+  if (!request.start.empty()) request.options.match.start = read_pose(request.start, "--start");
+
+  Run run(request.run);
+  const Context& context = run.context();
+  const std::unique_ptr<OutputFolder> folder = open_folder(request.output);
+  Stopwatch watch;
+  const ReadOptions wanted = read_options(compare.project);
+  const Cloud a = read_cloud(request.a, wanted, context), b = read_cloud(request.b, wanted, context);
+  const Cloud reference = read_cloud(request.reference, wanted, context);
+  const double read_s = watch.lap();
+  Scanners s = scanners(a, b, reference, request.options, context);
+  const MapOptions& look = request.output.map;
+  Delivered files;
+  files.write = [&](OutputFolder& out) {
+    const std::string map = out.path("difference.png");
+    write_scanners_map(map, s, look, context);
+    return map;
+  };
+  files.json = [&](const std::vector<std::string>& outputs) { return scanners_json(s, outputs); };
+  files.page = [&](const std::string& path, const std::string& map, const std::string& json) {
+    write_scanners_html(path, s, map, json, look, context);
+  };
+  files.text = [&] { return scanners_text(s); };
+  deliver_application(files, s.timing, s.warnings, request.output, folder.get(), read_s, run);
+  if (!s.scan[0].converged || !s.scan[1].converged)
+    throw Error(ExitCode::not_converged,
+                "a scan could not be matched to the reference: allow more steps (--max-iterations), or give a better "
+                "--start");
+  return 0;
+}
+
+}  // namespace isopach::cli

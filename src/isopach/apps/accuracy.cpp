@@ -1,0 +1,117 @@
+#include "isopach/apps/accuracy.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "isopach/apps/pieces.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
+#include "isopach/compare/compare.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/match/match.hpp"
+#include "isopach/match/surface.hpp"
+
+namespace isopach {
+namespace {
+
+void check(const AccuracyOptions& o) {
+  if (!(o.within >= 0) || !std::isfinite(o.within))
+    throw UsageError(fmt::format("--within: {} is no tolerance: a height above 0", o.within));
+}
+
+double footprint_area(const Cloud& reference, const Frame& frame, const CompareOptions& o, const Context& context) {
+  HeightField f = project(reference, Pose{}, frame, o.project, context);
+  return make_surface(std::move(f.xy), std::move(f.z), frame.curve, o.border == BorderRule::trim, o.max_edge, context)
+      .footprint.area;
+}
+
+void describe_completeness(const Cloud& reference, Accuracy& a, const Context& context) {
+  const Comparison& c = a.comparison;
+  Completeness& k = a.completeness;
+  k.reference_area = footprint_area(reference, c.frame, c.options, context);
+  const auto share = [&](double area) { return std::min(1.0, area / k.reference_area); };
+  k.share = share(c.domain_area);
+  if (a.options.within > 0) k.within = share(area_within(c.cells.view(), a.options.within, context));
+}
+
+DistanceOptions distance_options(const Accuracy& a) {
+  const CompareOptions& c = a.options.match.compare;
+  DistanceOptions d;
+  d.project = c.project;
+  d.pose = a.pose;
+  d.measures.c2s = d.measures.hausdorff = true;
+  d.unit = c.unit;
+  d.allow_crs = c.allow_crs;
+  return d;
+}
+
+void add_new(std::vector<std::string>& all, const std::vector<std::string>& more) {
+  for (const std::string& w : more)
+    if (std::find(all.begin(), all.end(), w) == all.end()) all.push_back(w);
+}
+
+Accuracy run(const Cloud& reconstruction, const Cloud& reference, const AccuracyOptions& options,
+             const Context& context) {
+  Accuracy a;
+  a.options = options;
+  check(options);
+  stages::Clock clock(a.timing, context);
+  MatchOptions& m = a.options.match;
+  m.freedom.scale = m.freedom.scale || options.align == Align::scale;
+
+  clock.start("align");
+  a.pose = m.start;
+  if (options.align != Align::none) {
+    a.matching = match(reconstruction, reference, m, context);
+    a.pose = a.matching->pose;
+    a.scale = a.matching->scale;
+  }
+
+  clock.start("compare");
+  CompareOptions compare_options = m.compare;
+  compare_options.pose = a.pose;
+  a.comparison = compare(reference, reconstruction, compare_options, context);
+  a.unit = a.comparison.unit;
+  const Comparison& c = a.comparison;
+  a.points = point_residuals(reconstruction, a.pose, c.frame, compare_options.project, c.fields_b.dz_signed, context);
+  describe_completeness(reference, a, context);
+
+  clock.start("distance");
+  a.distances = distance(reference, reconstruction, nullptr, distance_options(a), context);
+  clock.stop();
+  if (a.matching) add_new(a.warnings, a.matching->warnings);
+  add_new(a.warnings, c.warnings);
+  add_new(a.warnings, a.distances.warnings);
+  return a;
+}
+
+}  // namespace
+
+double area_within(const CellView& cells, double limit, const Context& context) {
+  context.check();
+  return reduce_blocks<Sum>(
+             cells.t.real, default_block,
+             [&](std::size_t begin, std::size_t end) {
+               Sum area;
+               for (std::size_t i = begin; i < end; ++i) {
+                 if (cells.in_domain[i] == 0) continue;
+                 const Piece low = cut(piece_of(cells, i), [&](const PieceCorner& p) { return p.d + limit; });
+                 const Piece piece = cut(low, [&](const PieceCorner& p) { return limit - p.d; });
+                 for_triangles(piece, [&](const Cell& cell) { area.add(cell.area); });
+               }
+               return area;
+             },
+             [](Sum& total, const Sum& part) { total.add(part); })
+      .value();
+}
+
+Accuracy accuracy(const Cloud& reconstruction, const Cloud& reference, const AccuracyOptions& options,
+                  const Context& context) {
+  Accuracy result;
+  run_with_threads(context.threads, [&] { result = run(reconstruction, reference, options, context); });
+  return result;
+}
+
+}  // namespace isopach

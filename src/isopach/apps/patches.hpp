@@ -1,0 +1,27 @@
+// Patches of 16 neighbouring places: what of the values there a plane does not explain.
+#pragma once
+#include <Eigen/Dense>
+
+#include "isopach/geom/vec.hpp"
+
+namespace isopach {
+
+inline constexpr int patch = 16;
+
+template <int columns>
+using PatchValues = Eigen::Matrix<double, patch, columns>;
+
+/// Takes the plane of least squares off each column of `values`, which belong to the places `xy` (one row each).
+/// Gives the degrees of freedom that are left: 13, or more where the places lie on a line (14) or are one (15).
+template <int columns>
+int take_off_plane(const PatchValues<2>& xy, PatchValues<columns>& values) {
+  PatchValues<3> plane;
+  plane.col(0).setOnes();
+  plane.col(1) = xy.col(0).array() - xy.col(0).mean();
+  plane.col(2) = xy.col(1).array() - xy.col(1).mean();
+  const Eigen::ColPivHouseholderQR<PatchValues<3>> qr(plane);
+  values -= plane * qr.solve(values).eval();
+  return patch - static_cast<int>(qr.rank());
+}
+
+}  // namespace isopach

@@ -1,0 +1,37 @@
+// The options of an alignment as JSON. Internal to report/: the header needs nlohmann-json.
+#pragma once
+#include "isopach/match/matching.hpp"
+#include "isopach/report/values.hpp"
+#include "isopach/report/words.hpp"
+
+namespace isopach::values {
+
+/// The names of the motions that are searched, as --freedom takes them.
+[[nodiscard]] inline Json freedom(const Freedom& f) {
+  Json free = Json::array();
+  const auto add = [&](bool is_free, const char* name) {
+    if (is_free) free.push_back(name);
+  };
+  add(f.shift_x, "x"), add(f.shift_y, "y"), add(f.shift_z, "z");
+  add(f.turn_x, "turn-x"), add(f.turn_y, "turn-y"), add(f.turn_z, "turn-z"), add(f.scale, "scale");
+  return free;
+}
+
+/// Adds to `parameters` how scans were aligned, cleaned and bounded; nothing is free where there was no alignment.
+inline void add_alignment(Json& parameters, const MatchOptions& m, bool aligned, const std::string& unit) {
+  const CompareOptions& c = m.compare;
+  parameters["freedom"] = aligned ? freedom(m.freedom) : Json::array();
+  parameters["overlap"] = m.overlap > 0 ? real(m.overlap) : Json("auto");
+  parameters["max_iterations"] = m.max_iterations;
+  parameters["tolerance"] = real(m.tolerance > 0 ? m.tolerance : default_match_tolerance);
+  parameters["border"] = to_text(c.border);
+  parameters["max_edge"] = c.max_edge > 0 ? real(c.max_edge) : Json(nullptr);
+  parameters["duplicates"] = to_text(c.project.duplicates);
+  parameters["direction_rule"] = to_text(c.project.direction.kind);
+  parameters["class"] = c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes);
+  parameters["crop"] = crop_box(c.project.crop);
+  parameters["unit"] = unit;
+  parameters["allow_crs"] = c.allow_crs;
+}
+
+}  // namespace isopach::values
