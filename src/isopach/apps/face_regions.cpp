@@ -44,14 +44,14 @@ std::vector<Strip> strips_of(const CellView& cells, FaceParts parts) {
   return strips;
 }
 
-struct Corner {
+struct Vertex {
   double x, y, d;
 };
 
 /// A convex polygon: a triangle cut three times at most.
 struct Piece {
   unsigned corners = 0;
-  std::array<Corner, 6> at;
+  std::array<Vertex, 6> at;
 };
 
 /// The part where `height` of a corner is not negative; it is linear in x and y.
@@ -59,7 +59,7 @@ template <class Height>
 Piece cut(const Piece& piece, Height&& height) {
   Piece kept;
   for (unsigned k = 0; k < piece.corners; ++k) {
-    const Corner &p = piece.at[k], &q = piece.at[(k + 1) % piece.corners];
+    const Vertex &p = piece.at[k], &q = piece.at[(k + 1) % piece.corners];
     const double hp = height(p), hq = height(q);
     if (hp >= 0) kept.at[kept.corners++] = p;
     if ((hp >= 0) == (hq >= 0)) continue;
@@ -75,7 +75,7 @@ struct Sums {
 
   void add(const Piece& piece) {
     for (unsigned k = 2; k < piece.corners; ++k) {
-      const Corner &a = piece.at[0], &b = piece.at[k - 1], &c = piece.at[k];
+      const Vertex &a = piece.at[0], &b = piece.at[k - 1], &c = piece.at[k];
       const double size = triangle_area({a.x, a.y}, {b.x, b.y}, {c.x, c.y});
       if (!(size > 0)) continue;
       const Cell cell{size, {a.d, b.d, c.d}};
@@ -126,13 +126,13 @@ std::vector<SideDifference> face_regions(const CellView& cells, FaceParts parts,
         All part(strips.size());
         for (std::size_t i = begin; i < end; ++i) {
           if (cells.in_domain[i] == 0) continue;
-          const Piece side = cut(piece_of(cells, i), [](const Corner& p) { return p.x; });
+          const Piece side = cut(piece_of(cells, i), [](const Vertex& p) { return p.x; });
           if (side.corners == 0) continue;
           part[0].add(side);
           for (std::size_t k = 1; k < strips.size(); ++k) {
             const Strip& s = strips[k];
-            part[k].add(cut(cut(side, [&](const Corner& p) { return p.y - s.low; }),
-                            [&](const Corner& p) { return s.high - p.y; }));
+            part[k].add(cut(cut(side, [&](const Vertex& p) { return p.y - s.low; }),
+                            [&](const Vertex& p) { return s.high - p.y; }));
           }
         }
         return part;
