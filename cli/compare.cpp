@@ -144,6 +144,21 @@ void add_measure_options(Command& command, Request& request) {
       "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
       "on from its border");
   add_border_options(command, options);
+  command
+      .option("--alpha", "R", options.alpha,
+              "Alpha shape: triangles of a scan with a circumradius above this, in the unit of x and y, are no part of "
+              "it (default: any)")
+      ->check(positive());
+  command.option(
+      "--include", "POLYGONS", options.area.include,
+      "Measure inside these polygons alone, cells cut exactly; GeoJSON or any vector file, in the x and y of "
+      "the scans; repeatable. Each polygon gets a row of volumes (budget.csv)");
+  command.option("--exclude", "POLYGONS", options.area.exclude, "Do not measure inside these polygons; repeatable");
+  command.option("--budget", "POLYGONS", options.area.budget,
+                 "A row of volumes for each of these polygons; what is measured stays as it is; repeatable");
+  command
+      .option("--mask", "RASTER", options.area.mask, "Do not measure where a pixel of this raster is 0 or has no data")
+      ->check(not_empty());
   command.choice<LocateMethod>(
       "--locate", options.locate,
       {{"order", LocateMethod::order}, {"tree", LocateMethod::tree}, {"interface", LocateMethod::interface}},

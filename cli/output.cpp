@@ -76,10 +76,10 @@ void write_json(const std::string& path, const std::string& text, Run& run) {
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
   command.heading("Output");
   delivery.output = default_folder;
-  CLI::Option* output =
-      command.option("-o,--output", "DIR", delivery.output,
-                     "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
-                     "points_a.ply, points_b.ply (LAS in: also points_a.las); made if it is not there");
+  CLI::Option* output = command.option(
+      "-o,--output", "DIR", delivery.output,
+      "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
+      "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
   output->check(not_empty());
   if (!default_folder.empty()) output->capture_default_str();
   command
@@ -131,6 +131,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
       write_scan(b, comparison.fields_b, "points_b", *folder, context);
     }
   }
+  if (folder != nullptr && !comparison.budget.empty()) folder->write_text("budget.csv", budget_csv(comparison));
   std::string map;
   if (folder != nullptr && !delivery.no_map)
     write_map(map = folder->path("difference.png"), comparison, delivery.map, context);

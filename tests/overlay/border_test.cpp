@@ -51,7 +51,7 @@ Points half_of(const Points& points, std::uint64_t seed) {
 SortedTriangulation triangulate_once(const Points& points) { return triangulate_unsorted(points, {}); }
 
 Footprint trimmed(const SortedTriangulation& s, double max_edge = 0) {
-  return footprint(s.triangulation, s.xy, true, max_edge, {});
+  return footprint(s.triangulation, s.xy, true, {max_edge, 0}, {});
 }
 double trimmed_area(const Points& points) { return trimmed(triangulate_once(points)).area; }
 
@@ -235,16 +235,46 @@ TEST(Border, KnowsNoUnit) {
   for (const double scale : {0x1p-40, 0x1p40}) {
     Array<Point2> scaled = s.xy;
     for (Point2& p : scaled) p = {p.x * scale, p.y * scale};
-    const Footprint f = footprint(s.triangulation, scaled, true, 0, {});
+    const Footprint f = footprint(s.triangulation, scaled, true, {}, {});
     EXPECT_EQ(f.removed, trimmed(s).removed);
     EXPECT_EQ(f.area, trimmed(s).area * scale * scale);
+  }
+}
+
+// The circle through three points by its centre: where the bisectors of two sides meet, in long doubles.
+long double radius_of(const Point2& a, const Point2& b, const Point2& c) {
+  const long double bx = static_cast<long double>(b.x) - a.x, by = static_cast<long double>(b.y) - a.y,
+                    cx = static_cast<long double>(c.x) - a.x, cy = static_cast<long double>(c.y) - a.y;
+  const long double d = 2 * (bx * cy - by * cx), b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
+  return std::hypot((cy * b2 - by * c2) / d, (bx * c2 - cx * b2) / d);
+}
+
+TEST(Border, AlphaRemovesTrianglesWithALargerCircumradius) {
+  for (const Points& points : {uniform(2000, 3), near_degenerate(400, 1), scan_lines(900, 2)}) {
+    const SortedTriangulation s = triangulate_unsorted(points, {});
+    std::vector<long double> radii;
+    for (Index i = 0; i < s.triangulation.real; ++i) {
+      const auto& v = s.triangulation.triangles[i].v;
+      radii.push_back(radius_of(s.xy[v[0]], s.xy[v[1]], s.xy[v[2]]));
+    }
+    std::vector<long double> sorted_radii = radii;
+    std::sort(sorted_radii.begin(), sorted_radii.end());
+    const double limit = static_cast<double>(sorted_radii[sorted_radii.size() * 9 / 10]) * 1.000001;
+    const Footprint f = footprint(s.triangulation, s.xy, false, {0, limit}, {});
+    int kept = 0;
+    for (Index i = 0; i < s.triangulation.real; ++i) {
+      ASSERT_EQ(f.keeps(i), radii[i] <= static_cast<long double>(limit)) << i;
+      kept += f.keeps(i) ? 1 : 0;
+    }
+    EXPECT_GE(kept, static_cast<int>(radii.size() * 9 / 10));
+    EXPECT_TRUE(footprint(s.triangulation, s.xy, false, {0, 1e30}, {}).is_whole());
   }
 }
 
 TEST(Border, RemovesTrianglesWithAnEdgeLongerThanAllowed) {
   const SortedTriangulation s = triangulate_once(sample(3000, 33, everywhere));
   const double limit = 0.03;
-  const Footprint hull = footprint(s.triangulation, s.xy, false, limit, {}), both = trimmed(s, limit),
+  const Footprint hull = footprint(s.triangulation, s.xy, false, {limit, 0}, {}), both = trimmed(s, limit),
                   trim = trimmed(s);
   ASSERT_FALSE(hull.is_whole());
   for (Index i = 0; i < s.triangulation.real; ++i) {
@@ -252,8 +282,8 @@ TEST(Border, RemovesTrianglesWithAnEdgeLongerThanAllowed) {
     EXPECT_EQ(hull.keeps(i), !too_long);
     EXPECT_EQ(both.keeps(i), !too_long && trim.keeps(i));
   }
-  EXPECT_TRUE(footprint(s.triangulation, s.xy, false, 2, {}).is_whole());
-  EXPECT_TRUE(footprint(s.triangulation, s.xy, false, 0, {}).is_whole());
+  EXPECT_TRUE(footprint(s.triangulation, s.xy, false, {2, 0}, {}).is_whole());
+  EXPECT_TRUE(footprint(s.triangulation, s.xy, false, {}, {}).is_whole());
 }
 
 // Margins against every triangle: a point is outside, on the rim or inside as the triangles that it touches are

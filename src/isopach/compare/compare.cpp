@@ -7,6 +7,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/currents.hpp"
+#include "isopach/compare/domain.hpp"
 #include "isopach/compare/noise.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/compare/weighting.hpp"
@@ -39,6 +40,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   both([&] { a = project(cloud_a, Pose{}, c.frame, options.project, context); },
        [&] { b = project(cloud_b, options.pose, c.frame, options.project, context); });
   stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
+  const stages::AreaOfInterest area(options, !cloud_a.crs.empty() ? cloud_a.crs : cloud_b.crs,
+                                    2 * (a.xy.size() + b.xy.size()), c, context);
   stages::Noise noise(options, context);
   noise.take_sigmas(cloud_a, cloud_b, a, b);
   stages::Weighting weighting(options, context);
@@ -80,7 +83,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
-  const stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, options, context);
+  stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, options, context);
+  if (area.clip() != nullptr) stages::clip_borders(t1, t2, a, b, *area.clip(), borders, c, context);
   if (meshes != nullptr) *meshes = {c.frame, a, b, t1, t2, borders.kept_1, borders.kept_2};
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.in_2.other, f2_at_a, -1);
   c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.in_1.other, f1_at_b, +1);
@@ -92,7 +96,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   noise.level_points(a, b, c.fields_a, c.fields_b);
 
   clock.start("detail");  // ρ_dV: T1, T2 and their locations are enough
-  stages::measure_detail(mesh_1, mesh_2, c, context);
+  stages::measure_detail(mesh_1, mesh_2, area.clip(), c, context);
   if (options.measure == MeasureKind::currents) {  // equations (4) and (5), of T1 and T2
     clock.start("currents");
     stages::measure_currents(mesh_1, mesh_2, borders, c, context);
@@ -101,10 +105,10 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
     clock.start("overlay");
     const Overlay overlay(mesh_1, mesh_2, context);
-    stages::measure_overlay(overlay, c, context);
+    stages::measure_overlay(overlay, area, c, context);
     if (options.surface == Surface::overlay) {
-      noise.take_overlay(overlay, mesh_1, mesh_2);
-      if (weighting.asked()) weighting.take_overlay(overlay, mesh_1, mesh_2);
+      noise.take_overlay(overlay, mesh_1, mesh_2, area.clip());
+      if (weighting.asked()) weighting.take_overlay(overlay, mesh_1, mesh_2, area.clip());
     }
   }
 
@@ -125,12 +129,16 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   weighting.take_union(common.nodes);
   NullDifference unchanged_at_nodes;
   if (options.noise_floor) unchanged_at_nodes = unite(std::exchange(unchanged, {}), common.nodes);
-  c.cells =
-      stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b, c);
+  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b,
+                               area.clip(), c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
+  area.clip_cells(c, context);
   const CellView cells = c.cells.view();
-  if (options.surface != Surface::overlay) c.measures = measure(cells, context, options.percentiles);
+  if (options.surface != Surface::overlay) {
+    c.measures = measure(cells, context, options.percentiles);
+    area.fill_budget(c, context);
+  }
   stages::describe_domain(cells, borders, c);
   noise.describe(c);
   weighting.describe(c);

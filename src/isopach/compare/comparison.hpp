@@ -34,10 +34,12 @@ struct Cells {
   Array<double> z1, z2;            ///< f̂1 and f̂2 at each node (clamped to the hull boundary outside it)
   Triangulation triangulation;     ///< T
   Array<unsigned char> in_domain;  ///< one flag per real triangle of T
+  std::vector<CellPiece> pieces;   ///< of triangles that the domain holds a part of; their flag is not set
+  Array<unsigned char> unclipped;  ///< the flags before polygons and mask cut; empty if nothing did
   Array<double> lod;               ///< level of detection at each node; empty if there is none
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
-  [[nodiscard]] CellView view() const { return {triangulation, xy, z1, z2, in_domain}; }
+  [[nodiscard]] CellView view() const { return {triangulation, xy, z1, z2, in_domain, pieces}; }
 };
 
 /// Of every input point: d under it, against the other surface. NaN where dropped or outside the other surface.
@@ -65,6 +67,17 @@ struct Timing {
   double total = 0;
 };
 
+/// Volumes of one polygon, over its part of the domain.
+struct BudgetRow {
+  std::string name, file;
+  bool restricts = false;    ///< of --include
+  double polygon_area = 0;   ///< of the polygon itself
+  double area = 0;           ///< of its part of the domain
+  double coverage = 0;       ///< area / polygon_area
+  double mean = 0, rho = 0;  ///< net and gross ÷ area; 0 without area
+  Volume volume;
+};
+
 struct Comparison {
   CompareOptions options;
   Frame frame;
@@ -75,6 +88,7 @@ struct Comparison {
   std::optional<Measures> overlay;  ///< `both` alone: the sums over the exact overlay (see sum_up)
   Uncertainty uncertainty;
   std::optional<NoiseFloor> noise_floor;            ///< if options.noise_floor: of the common triangulation
+  std::vector<BudgetRow> budget;                    ///< options.area: over the surface of `measures`
   std::optional<WeightedMeasures> weighted;         ///< if options.weight; over the surface of `measures`
   std::optional<DetailMeasure> detail;              ///< ρ_dV; nothing where no triangle of the coarser scan counts
   std::optional<CurrentsComparison> currents;       ///< if options.measure is currents

@@ -37,6 +37,13 @@ void check_currents(const CompareOptions& options) {
   CurrentsOptions chosen = o;
   if (chosen.sigma == 0) chosen.sigma = 1;  // not known yet
   check(chosen);
+  const AreaOptions& area = options.area;
+  if (!area.include.empty() || !area.exclude.empty() || !area.mask.empty())
+    throw UsageError(fmt::format(
+        "--measure currents: it takes whole triangles, {} cuts them: leave one of the two out, or use --crop",
+        !area.include.empty()   ? "--include"
+        : !area.exclude.empty() ? "--exclude"
+                                : "--mask"));
   if (options.interpolation == Interpolation::cubic)
     throw UsageError("--measure currents: they are of plane triangles: leave --interpolation cubic out");
 }

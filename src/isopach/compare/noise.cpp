@@ -138,10 +138,14 @@ void Noise::level_points(const HeightField& a, const HeightField& b, PointFields
   fill(1, b, of_b);
 }
 
-void Noise::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2) {
-  if (const auto level = constant_level()) overlay_detected_ = detect(overlay, *level, context_);
-  if (has_model()) overlay_weights_ = weights_of_overlay(overlay, m1, m2, context_);
-  if (has_covariance()) overlay_motions_ = volume_motions(overlay, covariance_->centre, context_);
+void Noise::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip) {
+  if (const auto level = constant_level())
+    overlay_detected_ =
+        clip != nullptr ? detect(ClippedOverlay{overlay, *clip}, *level, context_) : detect(overlay, *level, context_);
+  if (has_model()) overlay_weights_ = weights_of_overlay(overlay, m1, m2, clip, context_);
+  if (has_covariance())
+    overlay_motions_ = clip != nullptr ? volume_motions(ClippedOverlay{overlay, *clip}, covariance_->centre, context_)
+                                       : volume_motions(overlay, covariance_->centre, context_);
 }
 
 void Noise::take_union(const UnitedNodes& nodes) {
@@ -231,6 +235,12 @@ void Noise::describe(Comparison& c) {
       const auto& v = cells.t.triangles[i].v;
       const double share = cell_at(cells, i).area;
       sum.add(share * ((c.cells.lod[v[0]] + c.cells.lod[v[1]] + c.cells.lod[v[2]]) / 3));
+      area.add(share);
+    }
+    for (const CellPiece& piece : cells.pieces) {
+      const double share = cell_of(piece).area;
+      const auto lod = at_corners(cells, piece, c.cells.lod);
+      sum.add(share * ((lod[0] + lod[1] + lod[2]) / 3));
       area.add(share);
     }
     u.lod = *least == *most ? *least : std::clamp(sum.value() / area.value(), *least, *most);

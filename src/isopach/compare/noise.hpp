@@ -39,7 +39,7 @@ class Noise {
 
   /// For measures over the overlay: weights of the nodes, and the significant part where the level is the same
   /// everywhere (where it varies, that part is found on T).
-  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2);
+  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip);
 
   void take_union(const UnitedNodes& nodes);
 

@@ -22,6 +22,15 @@ enum class DomainKind { overlap, hull };
 enum class BorderRule { trim, hull };
 enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp
 
+/// Files that bound the part of the plane that is measured, see domain.hpp. Default: none.
+struct AreaOptions {
+  std::vector<std::string> include;  ///< polygons: their union is measured, and each is a row of the budget
+  std::vector<std::string> exclude;  ///< polygons: their union is not
+  std::vector<std::string> budget;   ///< polygons: rows of the budget; what is measured stays as it is
+  std::string mask;                  ///< raster: pixels of 0 are not measured
+  [[nodiscard]] bool empty() const { return include.empty() && exclude.empty() && budget.empty() && mask.empty(); }
+};
+
 struct CompareOptions {
   ProjectOptions project;  ///< direction, duplicates, classes, crop
   Pose pose;               ///< applied to B before anything else; default identity
@@ -34,6 +43,8 @@ struct CompareOptions {
   BorderRule border = BorderRule::trim;
   bool keep_overlay = false;  ///< keep the cells of the overlay as a mesh, to be written; `common` has none
   double max_edge = 0;        ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
+  double alpha = 0;           ///< > 0: triangles of T1, T2 with a larger circumradius are no part of a scan; 0: none
+  AreaOptions area;           ///< polygons and mask
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   WeightSource weight;                        ///< weighted measures beside the plain ones; default: none
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it

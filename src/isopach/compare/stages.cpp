@@ -8,6 +8,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
+#include "isopach/compare/domain.hpp"
 #include "isopach/overlay/hulls.hpp"
 #include "isopach/overlay/merge.hpp"
 
@@ -94,13 +95,21 @@ std::vector<Index> border_slivers(const CellView& cells) {
   return slivers;
 }
 
-void describe_slivers(const CellView& cells, Comparison& c) {
+// `unclipped` and `cells` differ in flags and pieces alone.
+void describe_slivers(const CellView& unclipped, const CellView& cells, Comparison& c) {
   Sum area, volume;
-  for (const Index i : border_slivers(cells)) {
-    const Cell cell = cell_at(cells, i);
+  const auto add = [&](const Cell& cell) {
     const Parts parts = split_volume(cell);
     area.add(cell.area);
     volume.add(parts.above + parts.below);
+  };
+  std::vector<Index> slivers = border_slivers(unclipped);
+  for (const Index i : slivers)
+    if (cells.in_domain[i] != 0) add(cell_at(cells, i));
+  if (!cells.pieces.empty()) {
+    std::sort(slivers.begin(), slivers.end());
+    for (const CellPiece& piece : cells.pieces)
+      if (std::binary_search(slivers.begin(), slivers.end(), piece.cell)) add(cell_of(piece));
   }
   c.sliver_area = area.value() / c.measures.area;
   c.sliver_volume = c.measures.volume.absolute > 0 ? volume.value() / c.measures.volume.absolute : 0;
@@ -164,6 +173,8 @@ void check_options(const CompareOptions& options) {
   if (!(options.max_edge >= 0) || std::isinf(options.max_edge))
     throw UsageError(
         fmt::format("--max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));
+  if (!(options.alpha >= 0) || std::isinf(options.alpha))
+    throw UsageError(fmt::format("--alpha: {} is no radius, give one above 0 in the unit of x and y", options.alpha));
 }
 
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
@@ -259,11 +270,11 @@ Borders find_borders(const Triangulation& t1, const Triangulation& t2, const Hei
   Footprint f1, f2;
   both(
       [&] {
-        f1 = footprint(t1, a.xy, trim, options.max_edge, context);
+        f1 = footprint(t1, a.xy, trim, {options.max_edge, options.alpha}, context);
         borders.in_1 = margins(f1, t1, a.xy, b_in_1, context);
       },
       [&] {
-        f2 = footprint(t2, b.xy, trim, options.max_edge, context);
+        f2 = footprint(t2, b.xy, trim, {options.max_edge, options.alpha}, context);
         borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
       });
   borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
@@ -276,8 +287,13 @@ void find_footprints(const Triangulation& t1, const Triangulation& t2, const Hei
                      const CompareOptions& options, Array<unsigned char>& kept_1, Array<unsigned char>& kept_2,
                      const Context& context) {
   const bool trim = options.border == BorderRule::trim;
-  both([&] { kept_1 = kept_flags(footprint(t1, a.xy, trim, options.max_edge, context)); },
-       [&] { kept_2 = kept_flags(footprint(t2, b.xy, trim, options.max_edge, context)); });
+  both(
+      [&] {
+        kept_1 = kept_flags(footprint(t1, a.xy, trim, {options.max_edge, options.alpha}, context));
+      },
+      [&] {
+        kept_2 = kept_flags(footprint(t2, b.xy, trim, {options.max_edge, options.alpha}, context));
+      });
 }
 
 PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
@@ -313,7 +329,8 @@ Common triangulate_common(const HeightField& a, const HeightField& b, const Fram
 }
 
 Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
-                 const Borders& borders, const Array<double>& f2_at_a, const Array<double>& f1_at_b, Comparison& c) {
+                 const Borders& borders, const Array<double>& f2_at_a, const Array<double>& f1_at_b, const Clip* clip,
+                 Comparison& c) {
   Cells cells;
   UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
@@ -334,7 +351,8 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
   cells.in_domain.resize(t.real);
   const bool over_hull = c.options.domain == DomainKind::hull;
   const FootprintOfNodes in_1(borders.in_1, g.of_1, g.of_2), in_2(borders.in_2, g.of_2, g.of_1);
-  const bool anything_goes = over_hull && c.options.border == BorderRule::hull && !(c.options.max_edge > 0);
+  const bool anything_goes =
+      over_hull && c.options.border == BorderRule::hull && !(c.options.max_edge > 0) && !(c.options.alpha > 0);
   const auto supported = [&](const std::array<Index, 3>& v) {
     if (anything_goes) return true;
     return over_hull ? in_1.holds(v, cells.xy) || in_2.holds(v, cells.xy)
@@ -343,22 +361,32 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
   struct Found {
     Index interface = 0;
     Sum trimmed_area, trimmed_volume;
+    void trim(const Cell& cell) {
+      const Parts parts = split_volume(cell);
+      trimmed_area.add(cell.area);
+      trimmed_volume.add(parts.above + parts.below);
+    }
   };
   const CellView view = cells.view();
   const Found found = reduce_blocks<Found>(
       t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
         Found part;
+        Clip::Scratch scratch;
         for (std::size_t i = begin; i < end; ++i) {
           const auto& v = t.triangles[i].v;
           const bool in_hulls =
               over_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0);
           cells.in_domain[i] = in_hulls && supported(v) ? 1 : 0;
           if (in_hulls && cells.in_domain[i] == 0) {
-            const Cell cell = cell_at(view, i);
-            const Parts parts = split_volume(cell);
-            part.trimmed_area.add(cell.area);
-            part.trimmed_volume.add(parts.above + parts.below);
+            if (clip == nullptr)
+              part.trim(cell_at(view, i));
+            else
+              clip->for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
+                for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
+                  part.trim({area, {p.d(), q.d(), r.d()}});
+                });
+              });
           }
           part.interface += g.joins(v) ? 1 : 0;
         }
@@ -375,20 +403,32 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
   return cells;
 }
 
-void measure_overlay(const Overlay& overlay, Comparison& c, const Context& context) {
-  if (c.options.surface == Surface::both)
-    c.overlay = sum_up(overlay, context);
-  else
-    c.measures = measure(overlay, context, c.options.percentiles);
-  if (c.options.keep_overlay) c.overlay_surface = overlay.surface(context);
+void measure_overlay(const Overlay& overlay, const AreaOfInterest& area, Comparison& c, const Context& context) {
+  const auto measure_all = [&](const auto& cells) {
+    if (c.options.surface == Surface::both)
+      c.overlay = sum_up(cells, context);
+    else
+      c.measures = measure(cells, context, c.options.percentiles);
+  };
+  if (const Clip* const clip = area.clip()) {
+    const ClippedOverlay cells{overlay, *clip};
+    measure_all(cells);
+    if (c.options.keep_overlay) c.overlay_surface = surface_of(cells, context);
+  } else {
+    measure_all(overlay);
+    if (c.options.keep_overlay) c.overlay_surface = overlay.surface(context);
+  }
+  if (c.options.surface == Surface::overlay) area.fill_budget(overlay, c, context);
 }
 
-void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context) {
-  c.detail = detail_measure(m1, m2, c.options.domain == DomainKind::hull, context);
+void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip, Comparison& c,
+                    const Context& context) {
+  c.detail = detail_measure(m1, m2, c.options.domain == DomainKind::hull, clip, context);
   if (!c.detail && c.options.measure == MeasureKind::dV)
-    throw OverlapError(
-        "--measure dV: no triangle of the coarser scan lies in the area of the finer one: leave --measure out, or take "
-        "scans that share more area");
+    throw OverlapError(fmt::format(
+        "--measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave --measure "
+        "out, or take scans that share more area",
+        clip != nullptr ? " and of --include, --exclude and --mask" : ""));
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
@@ -396,7 +436,7 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   if (!(c.domain_area > 0) && c.trimmed_area > 0)
     throw OverlapError(
         "no part of the area that the scans share is sampled densely enough by both: every triangle was trimmed; use "
-        "--border hull, or a larger --max-edge");
+        "--border hull, or a larger --max-edge or --alpha");
   if (!(c.domain_area > 0))
     throw OverlapError(
         "the common area of the scans holds no cell to measure: they touch, overlap in a sliver only, or all points "
@@ -411,7 +451,9 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
     throw OverlapError(fmt::format(
         "coverage is {:.6g}, below the {:.6g} that --min-coverage asks for: the scans share too little area",
         c.coverage, c.options.min_coverage));
-  describe_slivers(cells, c);
+  CellView before_clipping = cells;  // a cell that a polygon cuts off is no border of the scans
+  if (!c.cells.unclipped.empty()) before_clipping.in_domain = c.cells.unclipped;
+  describe_slivers(before_clipping, cells, c);
 }
 
 }  // namespace isopach::stages

@@ -4,12 +4,15 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
+#include "isopach/measure/clip.hpp"
 #include "isopach/overlay/border.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 #include "isopach/overlay/overlay.hpp"
 
 namespace isopach::stages {
+
+class AreaOfInterest;  // domain.hpp
 
 /// Wall-clock seconds of each stage, and its announcement.
 class Clock {
@@ -80,17 +83,19 @@ struct Common {
 
 /// T with both heights at its nodes, and which of its triangles lie in the domain. Sets c.trimmed_area and
 /// c.trimmed_volume to what the borders took from it, in units of area and volume. Of the locations only the kinds are
-/// read, of the fields the heights.
+/// read, of the fields the heights. With a clip what was trimmed counts inside it alone; it does not cut here.
 [[nodiscard]] Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2,
                                const Locations& b_in_1, const Borders& borders, const Array<double>& f2_at_a,
-                               const Array<double>& f1_at_b, Comparison& c);
+                               const Array<double>& f1_at_b, const Clip* clip, Comparison& c);
 
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.
-void measure_overlay(const Overlay& overlay, Comparison& c, const Context& context);
+void measure_overlay(const Overlay& overlay, const AreaOfInterest& area, Comparison& c, const Context& context);
 
-/// ρ_dV into c.detail. Throws OverlapError where there is none and options.measure asks for it.
-void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, Comparison& c, const Context& context);
+/// ρ_dV into c.detail, inside the clip, if there is one. Throws OverlapError where there is none and options.measure
+/// asks for it.
+void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip, Comparison& c,
+                    const Context& context);
 
 /// Area, coverage, shares trimmed and of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c);

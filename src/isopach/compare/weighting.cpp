@@ -101,8 +101,8 @@ void Weighting::take_meshes(const OverlayMesh& m1, const OverlayMesh& m2) {
   at_other_ = interpolate(other.in_other, other.xy, own.t, own.xy, own_, context_);
 }
 
-void Weighting::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2) {
-  of_overlay_ = weigh(overlay, m1, m2, own_, of_b_, weight(), context_);
+void Weighting::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip) {
+  of_overlay_ = weigh(overlay, m1, m2, own_, of_b_, weight(), clip, context_);
 }
 
 void Weighting::take_union(const UnitedNodes& nodes) {

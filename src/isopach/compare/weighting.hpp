@@ -33,8 +33,8 @@ class Weighting {
   /// While T1, T2 and the locations are there.
   void take_meshes(const OverlayMesh& m1, const OverlayMesh& m2);
 
-  /// For measures over the overlay.
-  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2);
+  /// For measures over the overlay. `clip`: cuts its cells; may be nothing.
+  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip);
 
   void take_union(const UnitedNodes& nodes);
 

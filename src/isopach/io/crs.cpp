@@ -188,6 +188,35 @@ std::string wkt_of_crs(const std::string& crs) {
   return wkt_of(reference, "WKT1_GDAL");
 }
 
+namespace {
+
+bool understand(const std::string& crs, OGRSpatialReference& reference) {
+  const char* const options[] = {"ALLOW_NETWORK_ACCESS=NO", "ALLOW_FILE_ACCESS=NO", nullptr};
+  return !crs.empty() && reference.SetFromUserInput(crs.c_str(), options) == OGRERR_NONE;
+}
+
+}  // namespace
+
+bool same_crs(const std::string& one, const std::string& other) {
+  if (one == other) return true;
+  const GdalMessages messages;
+  OGRSpatialReference a, b;
+  if (!understand(one, a) || !understand(other, b)) return true;
+  for (OGRSpatialReference* r : {&a, &b})
+    if (r->IsCompound() != 0) r->StripVertical();
+  const char* const options[] = {"IGNORE_DATA_AXIS_TO_SRS_AXIS_MAPPING=YES",
+                                 "CRITERION=EQUIVALENT_EXCEPT_AXIS_ORDER_GEOGCRS", nullptr};
+  return a.IsSame(&b, options) != 0;
+}
+
+std::string short_name(const std::string& crs) {
+  if (crs.size() < 40) return crs;
+  const GdalMessages messages;
+  OGRSpatialReference reference;
+  const char* const name = understand(crs, reference) ? reference.GetName() : nullptr;
+  return name != nullptr ? name : "another one";
+}
+
 void set_crs(Cloud& cloud, const Crs& crs) {
   cloud.crs = crs.name;
   cloud.unit = crs.unit;

@@ -37,6 +37,13 @@ struct Crs {
 /// Name of the unit that is `metres` long: "m", "mm", "ft", "us-ft", else "unknown".
 [[nodiscard]] std::string unit_of_length(double metres);
 
+/// Do two texts, as in Cloud::crs, name one horizontal system? True also if one of them is empty or not understood:
+/// nothing is known against it.
+[[nodiscard]] bool same_crs(const std::string& one, const std::string& other);
+
+/// A CRS in a few words for a message: its name or code, not all of its well-known text.
+[[nodiscard]] std::string short_name(const std::string& crs);
+
 void set_crs(Cloud& cloud, const Crs& crs);
 
 /// While it lives, GDAL prints nothing in this thread; the first failure it would have printed is kept, as one line.

@@ -95,7 +95,7 @@ MatchSurface make_surface(Array<Point2> xy, Array<double> z, const CurveBox& box
   s.xy = std::move(xy);
   s.z = std::move(z);
   s.t = triangulate(s.xy, box, context);
-  s.footprint = footprint(s.t, s.xy, trim, max_edge, context);
+  s.footprint = footprint(s.t, s.xy, trim, {max_edge, 0}, context);
   describe_facets(s);
   return s;
 }

@@ -9,13 +9,15 @@
 
 namespace isopach {
 
-[[nodiscard]] inline std::size_t items_of(const CellView& cells) { return cells.t.real; }
+[[nodiscard]] inline std::size_t items_of(const CellView& cells) { return cells.t.real + cells.pieces.size(); }
 [[nodiscard]] inline std::size_t items_of(const Overlay& overlay) { return overlay.items(); }
 
 template <class F>
 void for_cells(const CellView& cells, std::size_t begin, std::size_t end, F&& f) {
-  for (std::size_t i = begin; i < end; ++i)
+  const std::size_t whole = cells.t.real;
+  for (std::size_t i = begin; i < std::min(end, whole); ++i)
     if (cells.in_domain[i] != 0) f(cell_at(cells, i));
+  for (std::size_t i = std::max(begin, whole); i < end; ++i) f(cell_of(cells.pieces[i - whole]));
 }
 
 /// A polygon is cut into triangles from its first corner.

@@ -1,4 +1,5 @@
 #include "isopach/measure/detection.hpp"
+#include "isopach/measure/clip.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -92,8 +93,13 @@ Detected detect(const Cell& cell, const std::array<double, 3>& lod) {
 
 Detected detect(const CellView& cells, std::span<const double> lod, const Context& context) {
   context.check();
-  return over_blocks(cells.t.real, [&](std::size_t begin, std::size_t end, Sums& part) {
+  return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
     for (std::size_t i = begin; i < end; ++i) {
+      if (i >= cells.t.real) {
+        const CellPiece& piece = cells.pieces[i - cells.t.real];
+        part.add(detect(cell_of(piece), at_corners(cells, piece, lod)));
+        continue;
+      }
       if (cells.in_domain[i] == 0) continue;
       const auto& v = cells.t.triangles[i].v;
       part.add(detect(cell_at(cells, i), {lod[v[0]], lod[v[1]], lod[v[2]]}));
@@ -103,6 +109,9 @@ Detected detect(const CellView& cells, std::span<const double> lod, const Contex
 
 Detected detect(const CellView& cells, double lod, const Context& context) {
   return detect_constant(cells, lod, context);
+}
+Detected detect(const ClippedOverlay& overlay, double lod, const Context& context) {
+  return detect_constant(overlay, lod, context);
 }
 Detected detect(const Overlay& overlay, double lod, const Context& context) {
   return detect_constant(overlay, lod, context);

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/clip.hpp"
 
 namespace isopach {
 
@@ -34,5 +34,6 @@ struct Detected {
 /// The same with one level everywhere.
 [[nodiscard]] Detected detect(const CellView& cells, double lod, const Context& context);
 [[nodiscard]] Detected detect(const Overlay& overlay, double lod, const Context& context);
+[[nodiscard]] Detected detect(const ClippedOverlay& overlay, double lod, const Context& context);
 
 }  // namespace isopach

@@ -8,6 +8,7 @@
 #include "isopach/base/context.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/overlay/overlay.hpp"
+#include "isopach/overlay/regions.hpp"
 
 namespace isopach {
 
@@ -49,12 +50,20 @@ struct Measures {
   DifferenceStatistics difference;
 };
 
-/// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each.
+/// A part of a triangle of T that is clipped: a triangle with both surfaces at its corners.
+struct CellPiece {
+  Index cell;  ///< the triangle of T it was cut from
+  std::array<Corner, 3> at;
+};
+
+/// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each, and the pieces of
+/// those that the domain holds a part of (see clip.hpp).
 struct CellView {
   const Triangulation& t;
   std::span<const Point2> xy;
   std::span<const double> z1, z2;
-  std::span<const unsigned char> in_domain;  ///< one per real triangle
+  std::span<const unsigned char> in_domain;  ///< one per real triangle: measured as a whole
+  std::span<const CellPiece> pieces = {};
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
 };
@@ -70,6 +79,11 @@ struct Cell {
 [[nodiscard]] inline Cell cell_at(const CellView& cells, std::size_t i) {
   const auto& v = cells.t.triangles[i].v;
   return {triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]), {cells.d(v[0]), cells.d(v[1]), cells.d(v[2])}};
+}
+
+[[nodiscard]] inline Cell cell_of(const CellPiece& p) {
+  const auto& [a, b, c] = p.at;
+  return {triangle_area({a.x, a.y}, {b.x, b.y}, {c.x, c.y}), {a.d(), b.d(), c.d()}};
 }
 
 /// ∫ max(d, 0) and ∫ max(−d, 0) over one cell, in closed form: sums of products of one sign, no cancellation. Exactly

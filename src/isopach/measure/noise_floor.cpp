@@ -7,6 +7,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/base/sum.hpp"
+#include "isopach/measure/clip.hpp"
 #include "isopach/measure/shrinkage.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/stencils.hpp"
@@ -130,6 +131,12 @@ Array<double> areas_of_nodes(const CellView& cells) {
     const double third = std::round(triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]) / (3 * quantum));
     for (const Index node : v) area[node] += third;
   }
+  for (const CellPiece& piece : cells.pieces)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto shares = shares_of_nodes(cells, piece, k);
+      for (std::size_t j = 0; j < 3; ++j)
+        area[cells.t.triangles[piece.cell].v[j]] += std::round(cell_of(piece).area * shares[j] / (3 * quantum));
+    }
   return area;
 }
 
@@ -144,21 +151,28 @@ struct Biases {
 Biases biases_of(const CellView& cells, const NullDifference& null, std::span<const double> model) {
   const double share = 1 / static_cast<double>(null.random.size());
   return reduce_blocks<Biases>(
-      cells.t.real, default_block,
+      items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
         Biases b;
         for (std::size_t i = begin; i < end; ++i) {
-          if (cells.in_domain[i] == 0) continue;
-          const auto& v = cells.t.triangles[i].v;
-          const double area = cell_at(cells, i).area;
+          const CellPiece* const piece = i < cells.t.real ? nullptr : &cells.pieces[i - cells.t.real];
+          if (piece == nullptr && cells.in_domain[i] == 0) continue;
+          const double area = (piece == nullptr ? cell_at(cells, i) : cell_of(*piece)).area;
+          const auto values = [&](std::span<const double> of_node) {
+            if (piece != nullptr) return at_corners(cells, *piece, of_node);
+            const auto& v = cells.t.triangles[i].v;
+            return std::array<double, 3>{of_node[v[0]], of_node[v[1]], of_node[v[2]]};
+          };
           b.area.add(area);
-          const Parts alone = split_volume({area, {model[v[0]], model[v[1]], model[v[2]]}});
+          const auto of_model = values(model), of_chord = values(null.chord);
+          const Parts alone = split_volume({area, of_model});
           b.without.add(alone.above + alone.below);
           for (const Array<double>& random : null.random) {
+            const auto of_random = values(random);
             Cell floor{area, {}}, with{area, {}};
             for (std::size_t k = 0; k < 3; ++k) {
-              floor.d[k] = null.chord[v[k]] + random[v[k]];
-              with.d[k] = model[v[k]] + floor.d[k];
+              floor.d[k] = of_chord[k] + of_random[k];
+              with.d[k] = of_model[k] + floor.d[k];
             }
             const Parts f = split_volume(floor), w = split_volume(with);
             b.floor_above.add(share * f.above);

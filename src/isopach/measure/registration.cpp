@@ -55,6 +55,19 @@ struct MotionSums {
   }
 };
 
+void add_cell(const OverlayCell& c, const Point3& centre, MotionSums& part) {
+  const Point3 at_origin{centre.x - c.origin.x, centre.y - c.origin.y, centre.z};
+  for (unsigned k = 2; k < c.corners; ++k) {
+    const std::array<unsigned, 3> fan{0, k - 1, k};
+    Facet f;
+    for (std::size_t i = 0; i < 3; ++i) {
+      f.p[i] = {c.x[fan[i]], c.y[fan[i]], c.z2[fan[i]]};
+      f.d[i] = c.d(fan[i]);
+    }
+    part.add(f, at_origin);
+  }
+}
+
 template <class Add>
 VolumeMotions sum_over(std::size_t items, const Context& context, const Add& add) {
   context.check();
@@ -122,8 +135,18 @@ double variance(const MotionGradient& g, const PoseCovariance& covariance) {
 }
 
 VolumeMotions volume_motions(const CellView& cells, const Point3& centre, const Context& context) {
-  return sum_over(cells.t.real, context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
-    for (std::size_t i = begin; i < end; ++i) {
+  const std::size_t whole = cells.t.real;
+  return sum_over(items_of(cells), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
+    for (std::size_t i = std::max(begin, whole); i < end; ++i) {
+      Facet f;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Corner& corner = cells.pieces[i - whole].at[k];
+        f.p[k] = {corner.x, corner.y, corner.z2};
+        f.d[k] = corner.d();
+      }
+      part.add(f, centre);
+    }
+    for (std::size_t i = begin; i < std::min(end, whole); ++i) {
       if (cells.in_domain[i] == 0) continue;
       Facet f;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -140,18 +163,17 @@ VolumeMotions volume_motions(const Overlay& overlay, const Point3& centre, const
   return sum_over(overlay.items(), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
     Overlay::Scratch scratch;
     for (std::size_t item = begin; item < end; ++item)
-      for (const OverlayCell& c : overlay.cells(item, scratch)) {
-        const Point3 at_origin{centre.x - c.origin.x, centre.y - c.origin.y, centre.z};
-        for (unsigned k = 2; k < c.corners; ++k) {
-          const std::array<unsigned, 3> fan{0, k - 1, k};
-          Facet f;
-          for (std::size_t i = 0; i < 3; ++i) {
-            f.p[i] = {c.x[fan[i]], c.y[fan[i]], c.z2[fan[i]]};
-            f.d[i] = c.d(fan[i]);
-          }
-          part.add(f, at_origin);
-        }
-      }
+      for (const OverlayCell& c : overlay.cells(item, scratch)) add_cell(c, centre, part);
+  });
+}
+
+VolumeMotions volume_motions(const ClippedOverlay& cells, const Point3& centre, const Context& context) {
+  return sum_over(items_of(cells), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
+    Overlay::Scratch scratch;
+    Clip::Scratch clip_scratch;
+    for (std::size_t item = begin; item < end; ++item)
+      for (const OverlayCell& c : cells.overlay.cells(item, scratch))
+        for_clipped(c, cells.clip, clip_scratch, [&](const OverlayCell& left) { add_cell(left, centre, part); });
   });
 }
 

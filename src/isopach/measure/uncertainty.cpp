@@ -202,6 +202,13 @@ NodeWeights weights_of_cells(const CellView& cells, const Context& context) {
     const auto parts = corner_weights(cell_at(cells, i));
     for (std::size_t k = 0; k < 3; ++k) add_to(w[cells.t.triangles[i].v[k]], 1, parts[k]);
   }
+  for (const CellPiece& piece : cells.pieces) {
+    const auto parts = corner_weights(cell_of(piece));
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto shares = shares_of_nodes(cells, piece, k);
+      for (std::size_t j = 0; j < 3; ++j) add_to(w[cells.t.triangles[piece.cell].v[j]], shares[j], parts[k]);
+    }
+  }
   return w;
 }
 
@@ -221,7 +228,7 @@ NodeWeights weights_of_scan(const NodeWeights& of_cells, std::span<const Index> 
 }
 
 std::array<NodeWeights, 2> weights_of_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2,
-                                              const Context& context) {
+                                              const Clip* clip, const Context& context) {
   std::array<NodeWeights, 2> w{zeros(m1.xy.size()), zeros(m2.xy.size())};
   constexpr std::size_t part = 1 << 11, parts_at_a_time = 64;  // bounds the memory of shares not yet added
   struct Shares {
@@ -234,11 +241,18 @@ std::array<NodeWeights, 2> weights_of_overlay(const Overlay& overlay, const Over
     for_blocks(n, part, [&](std::size_t begin, std::size_t end) {
       Shares& shares = made[begin / part];
       Overlay::Scratch scratch;
+      Clip::Scratch clip_scratch;
+      const auto add = [&](const OverlayCell& c) {
+        const auto of_corner = corner_weights(c);
+        share_out(c, m1, c.t1, of_corner, shares.of_1);
+        share_out(c, m2, c.t2, of_corner, shares.of_2);
+      };
       for (std::size_t i = begin; i < end; ++i)
         for (const OverlayCell& c : overlay.cells(from + i, scratch)) {
-          const auto of_corner = corner_weights(c);
-          share_out(c, m1, c.t1, of_corner, shares.of_1);
-          share_out(c, m2, c.t2, of_corner, shares.of_2);
+          if (clip == nullptr)
+            add(c);
+          else
+            for_clipped(c, *clip, clip_scratch, add);
         }
     });
     both(

@@ -18,7 +18,7 @@
 #include <span>
 #include <string>
 
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/clip.hpp"
 #include "isopach/measure/detection.hpp"
 #include "isopach/overlay/stencils.hpp"
 
@@ -86,10 +86,11 @@ using NodeWeights = Array<VolumeTriple>;
                                           std::span<const Index> other, std::span<const Stencil> stencil,
                                           std::size_t nodes);
 
-/// Weights of the nodes of both scans over the cells of the exact overlay. Made in parallel, added in the order of the
-/// cells. Cost O(cells). Oracle: as above.
+/// Weights of the nodes of both scans over the cells of the exact overlay, clipped if there is a clip. Made in
+/// parallel, added in the order of the cells. Cost O(cells). Oracle: as above.
 [[nodiscard]] std::array<NodeWeights, 2> weights_of_overlay(const Overlay& overlay, const OverlayMesh& m1,
-                                                            const OverlayMesh& m2, const Context& context);
+                                                            const OverlayMesh& m2, const Clip* clip,
+                                                            const Context& context);
 
 /// c(r) for a range > 0.
 [[nodiscard]] double correlation(CorrelationShape shape, double range, double r);

@@ -104,6 +104,10 @@ Measures measure(const CellView& cells, const Context& context, std::span<const 
 Measures measure(const Overlay& overlay, const Context& context, std::span<const double> percentiles) {
   return measure_all(overlay, context, percentiles);
 }
+Measures measure(const ClippedOverlay& overlay, const Context& context, std::span<const double> percentiles) {
+  return measure_all(overlay, context, percentiles);
+}
 Measures sum_up(const Overlay& overlay, const Context& context) { return sums_over(overlay, context); }
+Measures sum_up(const ClippedOverlay& overlay, const Context& context) { return sums_over(overlay, context); }
 
 }  // namespace isopach

@@ -8,7 +8,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/clip.hpp"
 #include "isopach/measure/expression.hpp"
 #include "isopach/measure/quadrature.hpp"
 #include "isopach/measure/weight_parts.hpp"
@@ -38,21 +38,34 @@ struct CommonParts {
   const CellView& cells;
   std::span<const double> mu;
 
-  [[nodiscard]] std::size_t items() const { return cells.t.real; }
+  [[nodiscard]] std::size_t items() const { return items_of(cells); }
   template <class F>
   void for_parts(std::size_t begin, std::size_t end, F&& f) const {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (cells.in_domain[i] == 0) continue;
-      Part part{cell_at(cells, i).area, {}, 0, 0};
-      const auto& v = cells.t.triangles[i].v;
-      for (std::size_t k = 0; k < 3; ++k)
-        part.v[k] = {cells.xy[v[k]].x, cells.xy[v[k]].y, cells.z1[v[k]], cells.d(v[k]), mu.empty() ? 0 : mu[v[k]]};
-      const auto of = [&](std::span<const double> z) {
-        return slope(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]], z[v[0]], z[v[1]], z[v[2]]);
-      };
-      part.slope1 = of(cells.z1), part.slope2 = of(cells.z2);
-      f(i, part);
-    }
+    const std::size_t whole = cells.t.real;
+    for (std::size_t i = begin; i < std::min(end, whole); ++i)
+      if (cells.in_domain[i] != 0) f(i, part_of(i));
+    for (std::size_t i = std::max(begin, whole); i < end; ++i) f(i, part_of(cells.pieces[i - whole]));
+  }
+
+ private:
+  [[nodiscard]] Part part_of(std::size_t i) const {
+    Part part{cell_at(cells, i).area, {}, 0, 0};
+    const auto& v = cells.t.triangles[i].v;
+    for (std::size_t k = 0; k < 3; ++k)
+      part.v[k] = {cells.xy[v[k]].x, cells.xy[v[k]].y, cells.z1[v[k]], cells.d(v[k]), mu.empty() ? 0 : mu[v[k]]};
+    const auto of = [&](std::span<const double> z) {
+      return slope(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]], z[v[0]], z[v[1]], z[v[2]]);
+    };
+    part.slope1 = of(cells.z1), part.slope2 = of(cells.z2);
+    return part;
+  }
+  [[nodiscard]] Part part_of(const CellPiece& piece) const {
+    Part part = part_of(piece.cell);  // for its slopes
+    part.area = cell_of(piece).area;
+    const std::array<double, 3> weights = mu.empty() ? std::array<double, 3>{} : at_corners(cells, piece, mu);
+    for (std::size_t k = 0; k < 3; ++k)
+      part.v[k] = {piece.at[k].x, piece.at[k].y, piece.at[k].z1, piece.at[k].d(), weights[k]};
+    return part;
   }
 };
 
@@ -61,24 +74,35 @@ struct OverlayParts {
   const OverlayMesh &m1, &m2;
   std::span<const double> mu;  // of the nodes of m2 if of_2, else of m1
   bool of_2;
+  const Clip* clip;  // or nothing
 
   [[nodiscard]] std::size_t items() const { return overlay.items(); }
   template <class F>
   void for_parts(std::size_t begin, std::size_t end, F&& f) const {
     Overlay::Scratch scratch;
-    for (std::size_t i = begin; i < end; ++i)
+    Clip::Scratch clip_scratch;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto add = [&](const OverlayCell& c) { for_parts_of(c, [&](const Part& part) { f(i, part); }); };
       for (const OverlayCell& c : overlay.cells(i, scratch)) {
-        Part part{0, {}, slope_of(m1, c.t1), slope_of(m2, c.t2)};
-        for (unsigned k = 2; k < c.corners; ++k) {
-          part.area = 0.5 * ((c.x[k - 1] - c.x[0]) * (c.y[k] - c.y[0]) - (c.y[k - 1] - c.y[0]) * (c.x[k] - c.x[0]));
-          if (!(part.area > 0)) continue;  // without area but for rounding
-          part.v = {vertex(c, 0), vertex(c, k - 1), vertex(c, k)};
-          f(i, part);
-        }
+        if (clip != nullptr)
+          for_clipped(c, *clip, clip_scratch, add);
+        else
+          add(c);
       }
+    }
   }
 
  private:
+  template <class F>
+  void for_parts_of(const OverlayCell& c, F&& f) const {
+    Part part{0, {}, slope_of(m1, c.t1), slope_of(m2, c.t2)};
+    for (unsigned k = 2; k < c.corners; ++k) {
+      part.area = 0.5 * ((c.x[k - 1] - c.x[0]) * (c.y[k] - c.y[0]) - (c.y[k - 1] - c.y[0]) * (c.x[k] - c.x[0]));
+      if (!(part.area > 0)) continue;  // without area but for rounding
+      part.v = {vertex(c, 0), vertex(c, k - 1), vertex(c, k)};
+      f(part);
+    }
+  }
   [[nodiscard]] Vertex vertex(const OverlayCell& c, unsigned k) const {
     const double x = c.origin.x + c.x[k], y = c.origin.y + c.y[k];
     return {x, y, c.z1[k], c.d(k), mu.empty() ? 0 : linear(of_2 ? m2 : m1, of_2 ? c.t2 : c.t1, {x, y})};
@@ -372,8 +396,9 @@ WeightedMeasures weigh(const CellView& cells, std::span<const double> at_nodes, 
 }
 
 WeightedMeasures weigh(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2,
-                       std::span<const double> at_nodes, bool of_2, const Weight& weight, const Context& context) {
-  return weighing::weigh(weighing::OverlayParts{overlay, m1, m2, at_nodes, of_2}, weight, context);
+                       std::span<const double> at_nodes, bool of_2, const Weight& weight, const Clip* clip,
+                       const Context& context) {
+  return weighing::weigh(weighing::OverlayParts{overlay, m1, m2, at_nodes, of_2, clip}, weight, context);
 }
 
 }  // namespace isopach

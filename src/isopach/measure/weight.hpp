@@ -18,6 +18,8 @@
 
 namespace isopach {
 
+class Clip;
+
 /// What the user named as the weight.
 struct WeightSource {
   enum class Kind { none, expression, attribute, raster } kind = Kind::none;
@@ -64,9 +66,9 @@ inline constexpr double weight_tolerance = 1e-7;
                                      const Context& context);
 
 /// The same over the exact overlay. `at_nodes`: at the nodes of m1 (`of_2` false) or of m2. Slopes are those of the
-/// triangles of m1 and m2.
+/// triangles of m1 and m2. `clip`: cuts the cells, see clip.hpp; may be nothing.
 [[nodiscard]] WeightedMeasures weigh(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2,
                                      std::span<const double> at_nodes, bool of_2, const Weight& weight,
-                                     const Context& context);
+                                     const Clip* clip, const Context& context);
 
 }  // namespace isopach

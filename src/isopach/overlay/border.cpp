@@ -1,6 +1,7 @@
 #include "isopach/overlay/border.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -75,6 +76,17 @@ Array<double> squared_spacings(const Triangulation& t, std::span<const Point2> x
   return spacing;
 }
 
+/// abc / 4A: the area of a thin triangle exactly, before it is rounded.
+double circumradius(const Triangle& t, std::span<const Point2> xy) {
+  const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
+  const double ab = std::hypot(b.x - a.x, b.y - a.y), bc = std::hypot(c.x - b.x, c.y - b.y),
+               ca = std::hypot(a.x - c.x, a.y - c.y);
+  const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
+  double twice_area = left - right;
+  if (!(twice_area > 1e-3 * (std::fabs(left) + std::fabs(right)))) twice_area = exact::twice_area(a, b, c);
+  return ab * (bc / (2 * twice_area)) * ca;
+}
+
 enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
 
 void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned char>& mark) {
@@ -118,7 +130,7 @@ struct Totals {
 
 }  // namespace
 
-Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim_rim, double max_edge,
+Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim_rim, const SizeLimits& limits,
                     const Context& context) {
   context.check();
   Footprint f;
@@ -133,8 +145,9 @@ Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool tri
         Totals part;
         for (std::size_t i = begin; i < end; ++i) {
           const auto& v = t.triangles[i].v;
-          const bool gone =
-              f.removed[i] == taken || (max_edge > 0 && longest_edge2(t.triangles[i], xy) > max_edge * max_edge);
+          const bool gone = f.removed[i] == taken ||
+                            (limits.edge > 0 && longest_edge2(t.triangles[i], xy) > limits.edge * limits.edge) ||
+                            (limits.circumradius > 0 && circumradius(t.triangles[i], xy) > limits.circumradius);
           f.removed[i] = gone ? 1 : 0;
           part.removed += gone ? 1 : 0;
           const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];

@@ -11,7 +11,7 @@
 //      the hull inwards, neighbour by neighbour, triangles stretched more than `rim_stretch`.
 // Two limits, so that neither has to be tuned: inside a random sample some triangles pass the lower one, but they are
 // islands that nothing reaches; none passes the upper one (tested on 3·10⁵ nodes).
-// `max_edge` removes triangles with a longer edge as well, under either rule.
+// `SizeLimits` remove triangles by longest edge and by circumradius as well, under either rule.
 #pragma once
 #include <array>
 #include <span>
@@ -35,11 +35,18 @@ struct Footprint {
   [[nodiscard]] bool keeps(Index triangle) const { return removed.empty() || removed[triangle] == 0; }
 };
 
-/// The footprint by the rule above. `trim` false: the hull. `max_edge` > 0, or 0 for none. A function of the set of
+/// Limits of a triangle's size, in the unit of x and y; 0 for none.
+struct SizeLimits {
+  double edge = 0;          ///< longest edge
+  double circumradius = 0;  ///< alpha: those within it are the alpha shape (Edelsbrunner, Kirkpatrick, Seidel 1983)
+};
+
+/// The footprint by the rule above. `trim` false: the hull. Triangles beyond `limits` are removed under either; the
+/// circumradius is computed in doubles, within 1e-12 of itself even for slivers. A function of the set of
 /// nodes: no order, number of threads, unit or density enters. Degenerate: without a real triangle nothing is removed.
 /// Cost O(nodes) in parallel, then O(removed). Oracle: the definition, node by node, tests/overlay/border_test.cpp.
-[[nodiscard]] Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim, double max_edge,
-                                  const Context& context);
+[[nodiscard]] Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim,
+                                  const SizeLimits& limits, const Context& context);
 
 /// Where a point lies: away from the footprint, on the rim of a removed triangle, or inside.
 enum class Side : unsigned char { outside, rim, inside };

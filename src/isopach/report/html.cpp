@@ -36,6 +36,7 @@ class Page : public HtmlPage {
     if (truth) truth_table(*truth);
     numbers();
     uncertainty();
+    budget();
     histogram();
     inputs();
     parameters();
@@ -224,6 +225,28 @@ class Page : public HtmlPage {
       out_ += "<p>" + as_sentence(sentences[i]) + "</p>\n";
   }
 
+  void budget() {
+    const std::size_t rows = at("budget").size();
+    if (rows == 0) return;
+    open_table("By polygon", "<th>polygon</th><th class=\"n\">gained, " + unit(3) + "</th><th class=\"n\">lost, " +
+                                 unit(3) + "</th><th class=\"n\">net, " + unit(3) + "</th><th class=\"n\">area, " +
+                                 unit(2) + "</th><th class=\"n\">mean d, " + unit(1) + "</th><th class=\"n\">ρ, " +
+                                 unit(1) + "</th><th class=\"n\">measured, %</th>");
+    for (std::size_t i = 0; i < rows; ++i) {
+      const std::string row = "budget." + std::to_string(i) + ".";
+      out_ += "<tr><th scope=\"row\">" + escaped(at(row + "name").get<std::string>()) + "</th>";
+      for (const std::string& cell : {plain(row + "above"), plain(row + "below"), with_sign(row + "net"),
+                                      plain(row + "area"), at(row + "mean").is_null() ? "–" : with_sign(row + "mean"),
+                                      at(row + "rho").is_null() ? "–" : plain(row + "rho"), percent(row + "coverage")})
+        out_ += "<td class=\"n\">" + cell + "</td>";
+      out_ += "</tr>\n";
+    }
+    close_table();
+    out_ +=
+        "<p class=\"soft\">Each polygon on its own, over its part of the area compared; “measured” is that part as "
+        "a share of the polygon. Polygons that overlap count the overlap each.</p>\n";
+  }
+
   void histogram() {
     const Json& edges = at("difference.histogram.edges");
     const Json& areas = at("difference.histogram.areas");
@@ -319,6 +342,7 @@ class Page : public HtmlPage {
 
   [[nodiscard]] static std::string setting_text(const Json& setting) {
     if (setting.is_boolean()) return setting.get<bool>() ? "yes" : "no";
+    if (setting.is_string()) return escaped(setting.get<std::string>());
     if (setting.is_number_integer()) return setting.dump();
     if (setting.is_number()) return fmt::format("{}", setting.get<double>());
     std::string list;
@@ -338,10 +362,12 @@ class Page : public HtmlPage {
   void parameters() {
     open_table("Options in force", "", " class=\"pairs\"");
     for (const auto& [name, setting] : json_.at("parameters").items()) {
-      const std::string shown = setting.is_null()     ? "–"
-                                : setting.is_string() ? escaped(setting.get<std::string>())
-                                                      : datum("parameters." + name, setting_text(setting)) +
-                                                            (setting.is_number() ? " " + unit_of_setting(name) : "");
+      const bool is_nothing = setting.is_null() || (setting.is_array() && setting.empty());
+      const bool is_text = setting.is_string() || (setting.is_array() && !is_nothing && setting[0].is_string());
+      const std::string shown = is_nothing ? "–"
+                                : is_text  ? setting_text(setting)
+                                           : datum("parameters." + name, setting_text(setting)) +
+                                                (setting.is_number() ? " " + unit_of_setting(name) : "");
       out_ +=
           "<tr><th scope=\"row\"><code>" + escaped(name) + "</code></th><td class=\"wrap\">" + shown + "</td></tr>\n";
     }

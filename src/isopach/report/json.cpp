@@ -69,7 +69,12 @@ Json parameters_json(const Comparison& c) {
           {"interpolation", o.interpolation == Interpolation::cubic ? "cubic" : "linear"},
           {"border", to_text(o.border)},
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
+          {"alpha", o.alpha > 0 ? real(o.alpha) : Json(nullptr)},
           {"domain", to_text(o.domain)},
+          {"include", o.area.include},
+          {"exclude", o.area.exclude},
+          {"budget", o.area.budget},
+          {"mask", text_or_null(o.area.mask)},
           {"measure", to_text(o.measure)},
           {"sigma", o.currents.sigma > 0 ? real(o.currents.sigma) : Json(nullptr)},
           {"currents_error", real(o.currents.error)},
@@ -112,6 +117,24 @@ Json surfaces_json(const Comparison& c) {
   return {{"common", sums(c.measures, {})},
           {"overlay", sums(*c.overlay, {})},
           {"overlay_minus_common", sums(*c.overlay, c.measures)}};
+}
+
+Json budget_json(const Comparison& c) {
+  Json rows = Json::array();
+  for (const BudgetRow& r : c.budget)
+    rows.push_back({{"name", r.name},
+                    {"file", r.file},
+                    {"restricts", r.restricts},
+                    {"above", real(r.volume.above)},
+                    {"below", real(r.volume.below)},
+                    {"net", real(r.volume.net)},
+                    {"absolute", real(r.volume.absolute)},
+                    {"area", real(r.area)},
+                    {"mean", r.area > 0 ? real(r.mean) : Json(nullptr)},
+                    {"rho", r.area > 0 ? real(r.rho) : Json(nullptr)},
+                    {"polygon_area", real(r.polygon_area)},
+                    {"coverage", real(r.coverage)}});
+  return rows;
 }
 
 Json difference_json(const DifferenceStatistics& d) {
@@ -217,6 +240,13 @@ Json timing_json(const Timing& timing) {
   return out;
 }
 
+std::string csv_field(const std::string& text) {
+  if (text.find_first_of(",\"\r\n") == std::string::npos) return text;
+  std::string quoted = "\"";
+  for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);
+  return quoted + "\"";
+}
+
 }  // namespace
 
 std::string histogram_csv(const Comparison& c) {
@@ -224,6 +254,18 @@ std::string histogram_csv(const Comparison& c) {
   std::string out = "d_from,d_to,area\n";
   for (std::size_t i = 0; i < h.areas.size(); ++i)
     out += real(h.edges[i]).dump() + "," + real(h.edges[i + 1]).dump() + "," + real(h.areas[i]).dump() + "\n";
+  return out;
+}
+
+std::string budget_csv(const Comparison& c) {
+  std::string out = "name,above,below,net,absolute,area,mean,rho,polygon_area,coverage,file\n";
+  const Json rows = budget_json(c);
+  for (const Json& row : rows) {
+    out += csv_field(row["name"].get<std::string>());
+    for (const char* key : {"above", "below", "net", "absolute", "area", "mean", "rho", "polygon_area", "coverage"})
+      out += "," + (row[key].is_null() ? "" : row[key].dump());
+    out += "," + csv_field(row["file"].get<std::string>()) + "\n";
+  }
   return out;
 }
 
@@ -250,6 +292,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
         {"net", real(m.volume.net)},
         {"absolute", real(m.volume.absolute)}}},
       {"surfaces", surfaces_json(c)},
+      {"budget", budget_json(c)},
       {"difference", difference_json(m.difference)},
       {"triangulations", {{"t1", c.t1}, {"t2", c.t2}, {"common", c.common}, {"interface", c.interface}}},
       {"localisation",

@@ -50,7 +50,7 @@ double nice_above(double v) {
 }
 
 Box2 node_box(const Cells& cells, bool domain_only) {
-  return reduce_blocks<Box2>(
+  Box2 all = reduce_blocks<Box2>(
       cells.triangulation.real, 1 << 16,
       [&](std::size_t begin, std::size_t end) {
         Box2 box;
@@ -60,6 +60,9 @@ Box2 node_box(const Cells& cells, bool domain_only) {
         return box;
       },
       [](Box2& left, const Box2& right) { left.add(right); });
+  for (const CellPiece& piece : cells.pieces)
+    for (const Corner& corner : piece.at) all.add(Point2{corner.x, corner.y});
+  return all;
 }
 
 /// What is shown: the domain, some of its surroundings, a thin margin. Never empty.
@@ -413,7 +416,9 @@ class Map {
       key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
     if (has_footprint_)
       key(footprint, true,
-          words.left_out.empty() ? "scanned, but not compared (one scan has no points here)" : words.left_out);
+          !words.left_out.empty()      ? words.left_out
+          : c_.cells.unclipped.empty() ? "scanned, but not compared (one scan has no points here)"
+                                       : "scanned, but not compared (one scan only, or cut off)");
     const std::string reach = shows_no_difference(c_)      ? ""
                               : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "
                               : limit_ < largest(c_.measures.difference)

@@ -3,6 +3,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/measure/clip.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/report/words.hpp"
 
@@ -74,11 +75,29 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
     }
     out.faces.push_back(face);
   }
-  out.points.resize(node.size());
-  out.attributes.push_back({"dz", Array<double>(node.size())});
+  const std::size_t whole = node.size();
+  out.points.resize(whole + 3 * cells.pieces.size());
+  out.attributes.push_back({"dz", Array<double>(out.points.size())});
   if (!cells.lod.empty()) {
-    out.attributes.push_back({c.fields_a.lod_name, Array<double>(node.size())});
-    out.attributes.push_back({"significant", Array<double>(node.size())});
+    out.attributes.push_back({c.fields_a.lod_name, Array<double>(out.points.size())});
+    out.attributes.push_back({"significant", Array<double>(out.points.size())});
+  }
+  for (std::size_t i = 0; i < cells.pieces.size(); ++i) {  // clipped: corners of their own
+    std::array<Index, 3> face{};
+    std::array<double, 3> lod{};
+    if (!cells.lod.empty()) lod = at_corners(cells.view(), cells.pieces[i], cells.lod);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corner& corner = cells.pieces[i].at[k];
+      const std::size_t at = whole + 3 * i + k;
+      out.points[at] = c.frame.to_input({corner.x, corner.y, corner.z2});
+      out.attributes[0].values[at] = corner.d();
+      if (!cells.lod.empty()) {
+        out.attributes[1].values[at] = lod[k];
+        out.attributes[2].values[at] = significant(corner.d(), lod[k]);
+      }
+      face[k] = static_cast<Index>(at);
+    }
+    out.faces.push_back(face);
   }
   for_each_index(node.size(), [&](std::size_t i) {
     const Index n = node[i];

@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/measure/clip.hpp"
 
 namespace isopach {
 namespace {
@@ -12,10 +13,10 @@ namespace {
 constexpr int band_rows = 32;
 constexpr std::size_t triangles_per_block = 1 << 16;
 
-struct Corner {
+struct Vertex {
   double x, y, d, z, lod;  // x, y in pixels
 };
-using Corners = std::array<Corner, 3>;
+using Vertices = std::array<Vertex, 3>;
 
 /// Pixels whose centres lie in [low, high), cut to [0, limit).
 struct Span {
@@ -31,9 +32,9 @@ Span centres_between(double low, double high, int limit) {
 /// A side of a triangle, always from its lower end to its upper one, so that both its triangles compute the same bits.
 struct Side {
   double y_begin, y_end, x_begin, slope;
-  Side(const Corner& p, const Corner& q) {
+  Side(const Vertex& p, const Vertex& q) {
     const bool up = p.y < q.y || (p.y == q.y && p.x < q.x);
-    const Corner &a = up ? p : q, &b = up ? q : p;
+    const Vertex &a = up ? p : q, &b = up ? q : p;
     y_begin = a.y, y_end = b.y, x_begin = a.x;
     slope = b.y > a.y ? (b.x - a.x) / (b.y - a.y) : 0;
   }
@@ -44,7 +45,7 @@ struct Side {
 /// A linear function on the triangle, clamped to its corner values: a sliver cannot throw it out of range.
 struct Plane {
   double at0, along_x, along_y, low, high;
-  Plane(const Corners& c, double determinant, double Corner::*value) {
+  Plane(const Vertices& c, double determinant, double Vertex::*value) {
     const double u = c[1].*value - c[0].*value, v = c[2].*value - c[0].*value;
     const double ax = c[1].x - c[0].x, ay = c[1].y - c[0].y, bx = c[2].x - c[0].x, by = c[2].y - c[0].y;
     at0 = c[0].*value;
@@ -63,7 +64,7 @@ class Painter {
   Painter(const Cells& cells, CellRaster& raster) : cells_(cells), raster_(raster) {}
 
   [[nodiscard]] Span rows_of(Index t) const {
-    const Corners c = corners(t);
+    const Vertices c = corners(t);
     const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
     const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
     const Span columns = centres_between(x0, x1, raster_.view.columns);
@@ -72,11 +73,11 @@ class Painter {
   }
 
   void fill(Index t, Span rows) {
-    const Corners c = corners(t);
+    const Vertices c = corners(t);
     const std::array<Side, 3> sides{Side(c[0], c[1]), Side(c[1], c[2]), Side(c[2], c[0])};
     const double determinant = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
-    const Plane d(c, determinant, &Corner::d), z(c, determinant, &Corner::z), lod(c, determinant, &Corner::lod);
-    const bool in_domain = cells_.in_domain[t] != 0;
+    const Plane d(c, determinant, &Vertex::d), z(c, determinant, &Vertex::z), lod(c, determinant, &Vertex::lod);
+    const bool in_domain = t >= cells_.triangulation.real || cells_.in_domain[t] != 0;
     for (std::int32_t row = rows.begin; row < rows.end; ++row) {
       const double y = row + 0.5;
       double x_begin = std::numeric_limits<double>::infinity(), x_end = -x_begin;
@@ -96,9 +97,19 @@ class Painter {
   }
 
  private:
-  [[nodiscard]] Corners corners(Index t) const {
+  [[nodiscard]] Vertices corners(Index t) const {
     const MapView& v = raster_.view;
-    Corners out{};
+    Vertices out{};
+    if (t >= cells_.triangulation.real) {
+      const CellPiece& piece = cells_.pieces[t - cells_.triangulation.real];
+      std::array<double, 3> lod{};
+      if (!cells_.lod.empty()) lod = at_corners(cells_.view(), piece, cells_.lod);
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Corner& p = piece.at[k];
+        out[k] = {(p.x - v.left) * v.scale, (v.top - p.y) * v.scale, p.d(), p.z1 - raster_.z_origin, lod[k]};
+      }
+      return out;
+    }
     for (std::size_t k = 0; k < 3; ++k) {
       const Index n = cells_.triangulation.triangles[t].v[k];
       out[k] = {(cells_.xy[n].x - v.left) * v.scale, (v.top - cells_.xy[n].y) * v.scale, cells_.d(n),
@@ -167,8 +178,8 @@ CellRaster rasterise(const Cells& cells, const MapView& view) {
   raster.z_origin = cells.z1[cells.triangulation.triangles[0].v[0]];
 
   Painter painter(cells, raster);
-  Array<Span> rows(real);
-  for_each_index(real, [&](std::size_t t) { rows[t] = painter.rows_of(static_cast<Index>(t)); });
+  Array<Span> rows(real + cells.pieces.size());  // pieces behind all triangles: painted over those they are of
+  for_each_index(rows.size(), [&](std::size_t t) { rows[t] = painter.rows_of(static_cast<Index>(t)); });
   const std::size_t band_count = static_cast<std::size_t>((view.rows + band_rows - 1) / band_rows);
   const Bands bands = sort_into_bands(rows, band_count);
   for_blocks(band_count, 1, [&](std::size_t band, std::size_t) {

@@ -18,6 +18,9 @@ namespace isopach {
 /// what lies beyond them.
 [[nodiscard]] std::string histogram_csv(const Comparison& c);
 
+/// budget.csv: one line a polygon, numbers as in result.json (null: empty), names quoted where they need it.
+[[nodiscard]] std::string budget_csv(const Comparison& c);
+
 /// Words on a map that shows another field than B − A. Empty: those of a comparison.
 struct MapWords {
   std::string headline;      ///< the line of numbers under the title

@@ -1,0 +1,198 @@
+#include "isopach/compare/domain.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "isopach/io/crs.hpp"
+#include "isopach/io/polygons.hpp"
+
+namespace isopach::stages {
+
+namespace {
+
+// Polygons are given in x and y of the input: the frame may shift those, but not turn them.
+void check_direction(const Frame& frame, const std::string& option) {
+  if (frame.rotation != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
+    throw UsageError(
+        option +
+        ": polygons and masks are in x and y, so they go with --direction z alone; leave the direction, or "
+        "use --crop");
+}
+
+void check_crs(const std::string& option, const std::string& path, const std::string& crs, const std::string& of_scans,
+               bool allowed) {
+  if (allowed || crs.empty() || of_scans.empty() || same_crs(crs, of_scans)) return;
+  throw InputError(
+      fmt::format("{}: {}: its CRS is {}, that of the scans {}: reproject it (ogr2ogr -t_srs), or pass "
+                  "--allow-crs if the coordinates are right",
+                  path, option, short_name(crs), short_name(of_scans)));
+}
+
+class Reader {
+ public:
+  Reader(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
+         const Context& context)
+      : options_(options), crs_(crs), cells_(cells), c_(c), context_(context) {}
+
+  std::vector<Region> read(const std::string& option, const std::vector<std::string>& paths,
+                           std::vector<BudgetRow>* rows) {
+    std::vector<Region> regions;
+    for (const std::string& path : paths) {
+      check_direction(c_.frame, option);
+      PolygonFile file = read_polygons(path);
+      check_crs(option, path, file.crs, crs_, options_.allow_crs);
+      for (std::string& note : file.notes) c_.warnings.push_back(std::move(note));
+      for (const Polygon& polygon : file.polygons) {
+        context_.check();
+        regions.push_back(region_of(polygon, path));
+        if (rows == nullptr) continue;
+        BudgetRow row;
+        row.name = polygon.name;
+        row.file = path;
+        row.restricts = option == "--include";
+        rows->push_back(std::move(row));
+      }
+    }
+    return regions;
+  }
+
+  Region read_mask(const std::string& path) {
+    check_direction(c_.frame, "--mask");
+    Mask mask = isopach::read_mask(path, context_);
+    check_crs("--mask", path, mask.crs, crs_, options_.allow_crs);
+    for (std::string& note : mask.notes) c_.warnings.push_back(path + ": " + note);
+    Region region;
+    region.edges = in_frame(std::move(mask.edges));
+    auto parts = trapezoids(region.edges);
+    if (!parts)
+      throw InputError(path +
+                       ": --mask: its pixels are too small for its coordinates: use a raster with larger pixels");
+    region.parts = std::move(*parts);
+    return region;
+  }
+
+  [[nodiscard]] Regions index(std::vector<Region> regions) const { return {std::move(regions), cells_}; }
+
+ private:
+  [[nodiscard]] Point2 in_frame(const Point2& p) const {
+    const Point3 moved = c_.frame.to_field({p.x, p.y, 0});
+    return {moved.x, moved.y};
+  }
+  [[nodiscard]] std::vector<Edge> in_frame(std::vector<Edge> edges) const {
+    for (Edge& e : edges) e = {in_frame(e.a), in_frame(e.b)};
+    return edges;
+  }
+
+  Region region_of(const Polygon& polygon, const std::string& path) {
+    Polygon moved = polygon;
+    for (auto& ring : moved.rings)
+      for (Point2& p : ring) p = in_frame(p);
+    Region region;
+    region.edges = edges_of(moved);
+    Point2 at{};
+    auto parts = trapezoids(region.edges, &at);
+    if (!parts) {
+      const auto better = mended(moved);
+      if (better) {
+        region.edges = edges_of(*better);
+        parts = trapezoids(region.edges);
+      }
+      const Point3 where = c_.frame.to_input({at.x, at.y, 0});
+      if (!parts)
+        throw InputError(
+            fmt::format("{}: polygon '{}' has no area, or crosses itself near ({:.10g}, {:.10g}) in a way "
+                        "that could not be mended: mend the file",
+                        path, polygon.name, where.x, where.y));
+      c_.warnings.push_back(fmt::format(
+          "{}: polygon '{}' crosses itself or doubles a side near ({:.10g}, {:.10g}); it was mended: check its area",
+          path, polygon.name, where.x, where.y));
+    }
+    region.parts = std::move(*parts);
+    return region;
+  }
+
+  const CompareOptions& options_;
+  const std::string& crs_;
+  std::size_t cells_;
+  Comparison& c_;
+  const Context& context_;
+};
+
+std::vector<Region> joined(std::vector<Region> first, std::vector<Region> second) {
+  for (Region& r : second) first.push_back(std::move(r));
+  return first;
+}
+
+}  // namespace
+
+AreaOfInterest::AreaOfInterest(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
+                               const Context& context) {
+  Reader reader(options, crs, cells, c, context);
+  std::vector<Region> include = reader.read("--include", options.area.include, &rows_);
+  std::vector<Region> rows_alone = reader.read("--budget", options.area.budget, &rows_);
+  if (!rows_.empty()) polygons_ = reader.index(joined(include, std::move(rows_alone)));
+  for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i].polygon_area = polygons_.area(i);
+  if (!include.empty()) clip_.keep(reader.index(std::move(include)));
+  if (!options.area.mask.empty()) {
+    std::vector<Region> mask;
+    mask.push_back(reader.read_mask(options.area.mask));
+    clip_.keep(reader.index(std::move(mask)));
+  }
+  std::vector<Region> exclude = reader.read("--exclude", options.area.exclude, nullptr);
+  if (!exclude.empty()) clip_.take_away(reader.index(std::move(exclude)));
+}
+
+void AreaOfInterest::fill(const std::vector<RegionSums>& sums, Comparison& c) const {
+  c.budget = rows_;
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    BudgetRow& row = c.budget[i];
+    row.area = sums[i].area;
+    row.volume = sums[i].volume;
+    if (row.area > 0) row.mean = row.volume.net / row.area, row.rho = row.volume.absolute / row.area;
+    row.coverage = row.polygon_area > 0 ? std::min(1.0, row.area / row.polygon_area) : 0;
+  }
+}
+
+void AreaOfInterest::fill_budget(const Overlay& overlay, Comparison& c, const Context& context) const {
+  if (wants_budget()) fill(budget(ClippedOverlay{overlay, clip_}, polygons_, context), c);
+}
+
+void AreaOfInterest::fill_budget(Comparison& c, const Context& context) const {
+  if (wants_budget()) fill(budget(c.cells.view(), polygons_, context), c);
+}
+
+void AreaOfInterest::clip_cells(Comparison& c, const Context& context) const {
+  if (clip() == nullptr) return;
+  Array<unsigned char>& flags = c.cells.in_domain;
+  const auto any = [&] { return std::find(flags.begin(), flags.end(), 1) != flags.end(); };
+  const bool were_any = any();
+  c.cells.unclipped.assign(flags.begin(), flags.end());
+  c.cells.pieces = isopach::clip_cells(c.cells.view(), flags, clip_, context);
+  if (were_any && c.cells.pieces.empty() && !any())
+    throw OverlapError(
+        "the area that the scans share and the polygons and mask leave nothing in common: check the coordinates of "
+        "--include, --exclude and --mask");
+}
+
+void clip_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                  const Clip& clip, Borders& borders, Comparison& c, const Context& context) {
+  Region hull;
+  const Array<Index> nodes = hull_nodes(t2, b.xy);
+  if (t2.real > 0)
+    for (std::size_t i = 0; i < nodes.size(); ++i)
+      hull.edges.push_back({b.xy[nodes[i]], b.xy[nodes[i + 1 == nodes.size() ? 0 : i + 1]]});
+  auto parts = trapezoids(hull.edges);
+  if (!parts) throw Error(ExitCode::internal, "the hull of a scan crosses itself: please report this");
+  hull.parts = std::move(*parts);
+  std::vector<Region> hulls;
+  hulls.push_back(std::move(hull));
+  const Regions within(std::move(hulls), t1.real);
+  const ClippedAreas of_1 = clipped_areas(t1, a.xy, borders.kept_1, clip, &within, context);
+  const ClippedAreas of_2 = clipped_areas(t2, b.xy, borders.kept_2, clip, nullptr, context);
+  c.area_union = of_1.all + of_2.all - of_1.within;
+  borders.kept_area = of_1.flagged + of_2.flagged;
+  borders.removed_area = std::max(0.0, of_1.all + of_2.all - borders.kept_area);
+}
+
+}  // namespace isopach::stages

@@ -1,0 +1,50 @@
+// The part of the plane that is measured, as the user bounds it, and the table of volumes by polygon.
+#pragma once
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "isopach/compare/comparison.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/measure/budget.hpp"
+#include "isopach/measure/clip.hpp"
+
+namespace isopach::stages {
+
+/// Reads --include, --exclude, --mask and --budget and brings them into the frame of the comparison.
+/// Domain = what the scans share ∩ ∪ include ∩ mask ∖ ∪ exclude. Rows of the budget: every polygon of --include and of
+/// --budget, over its part of that domain.
+class AreaOfInterest {
+ public:
+  /// `crs`: of the scans, empty if unknown; `cells`: about how many there will be. Throws UsageError where polygons are
+  /// given and the direction is not z, or with options that do not go with them; InputError for files (see
+  /// io/polygons.hpp), polygons that cannot be mended and a CRS that is not that of the scans (unless
+  /// options.allow_crs). Mended polygons are named in c.warnings.
+  AreaOfInterest(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
+                 const Context& context);
+
+  /// The clip, or nothing if the domain is not restricted.
+  [[nodiscard]] const Clip* clip() const { return clip_.is_everything() ? nullptr : &clip_; }
+  [[nodiscard]] bool wants_budget() const { return !rows_.empty(); }
+
+  /// Fills c.budget over the exact overlay.
+  void fill_budget(const Overlay& overlay, Comparison& c, const Context& context) const;
+
+  /// Cuts c.cells. Throws OverlapError if nothing is left of what there was.
+  void clip_cells(Comparison& c, const Context& context) const;
+  /// Fills c.budget over c.cells.
+  void fill_budget(Comparison& c, const Context& context) const;
+
+ private:
+  void fill(const std::vector<RegionSums>& sums, Comparison& c) const;
+
+  Clip clip_;
+  Regions polygons_{{}, 0};      // of the budget
+  std::vector<BudgetRow> rows_;  // names and own areas alone
+};
+
+/// What Borders says of areas, and c.area_union, inside a clip alone. Cost O(triangles).
+void clip_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
+                  const Clip& clip, Borders& borders, Comparison& c, const Context& context);
+
+}  // namespace isopach::stages

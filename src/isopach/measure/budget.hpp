@@ -1,0 +1,22 @@
+// budget: sums by region, all regions in one pass over the cells.
+#pragma once
+#include <vector>
+
+#include "isopach/measure/clip.hpp"
+
+namespace isopach {
+
+/// Of the part of the domain in one region.
+struct RegionSums {
+  double area = 0;
+  Volume volume;
+};
+
+/// One row a region, in their order; regions may overlap, each counts on its own. Cells that a region covers count as
+/// they are, the others by their pieces. Compensated sums over fixed blocks. Cost O(cells + pieces). Oracle:
+/// tests/measure/budget_test.cpp (every triangle clipped with every polygon by another library).
+[[nodiscard]] std::vector<RegionSums> budget(const CellView& cells, const Regions& regions, const Context& context);
+[[nodiscard]] std::vector<RegionSums> budget(const ClippedOverlay& cells, const Regions& regions,
+                                             const Context& context);
+
+}  // namespace isopach
