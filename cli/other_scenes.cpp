@@ -2,11 +2,13 @@
 
 #include <fmt/core.h>
 
+#include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "isopach/io/write.hpp"
 #include "isopach/simulate/chewing.hpp"
 #include "isopach/simulate/face_and_jaw.hpp"
+#include "isopach/simulate/scanned_object.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -26,6 +28,13 @@ void refuse_pairs(const SceneRequest& request) {
   refuse(request.points_b.has_value(), "--points-b");
   refuse(request.noise_b.has_value(), "--noise-b");
 }
+
+nlohmann::ordered_json scanner_json(const ObjectScanner& s) {
+  return {{"points", s.points}, {"noise", s.noise}, {"bias", s.bias},
+          {"spot", s.spot},     {"reach", s.reach}, {"scale", s.scale}};
+}
+
+constexpr std::size_t reference_points = 60000;
 
 }  // namespace
 
@@ -96,6 +105,75 @@ int simulate_combine(const SceneRequest& request, const std::string& extension, 
   folder.commit();
   run.show(fmt::format("combine: face {} points, jaw {}, reference {}", scene.face.points.size(),
                        scene.jaw.points.size(), scene.reference.points.size()));
+  return 0;
+}
+
+int simulate_accuracy(const SceneRequest& request, const std::string& extension, OutputFolder& folder, Run& run) {
+  const bool scaled = request.variant == "scaled";
+  if (!request.variant.empty() && !scaled && request.variant != "in-place")
+    throw UsageError(
+        fmt::format("unknown variant '{}' of scene accuracy: choose one of in-place, scaled", request.variant));
+  ObjectScanner made, reference;
+  made.noise = 0.05, made.reach = 0.9;
+  if (scaled) made.scale = 1.004, made.moved = true;
+  if (!scaled) made.bias = 0.2;
+  reference.points = reference_points;
+  if (request.points) made.points = *request.points;
+  if (request.noise) made.noise = *request.noise;
+  if (request.points_b) reference.points = *request.points_b;
+  if (request.noise_b) reference.noise = *request.noise_b;
+  nlohmann::ordered_json truth;
+  truth["schema"] = "isopach.truth.accuracy/1";
+  truth["scene"] = "accuracy";
+  truth["description"] = "a reconstruction of an object with known errors, and a reference";
+  truth["parameters"] = {{"variant", scaled ? "scaled" : "in-place"},
+                         {"reconstruction", scanner_json(made)},
+                         {"reference", scanner_json(reference)},
+                         {"seed", request.seed}};
+  truth["unit"] = "mm";
+  truth["reference_reconstruction"] = rows(object_pose(made));
+  truth["scale"] = 1 / made.scale;
+  truth["bias"] = made.bias;
+  truth["noise"] = made.noise;
+  truth["completeness"] = made.reach;
+  write_cloud(folder.path("reconstruction" + extension), scan_object(made, request.seed, 0), run.context());
+  write_cloud(folder.path("reference" + extension), scan_object(reference, request.seed, 2), run.context());
+  folder.write_text("truth.json", truth.dump(2) + "\n");
+  run.context().check();
+  folder.commit();
+  run.show(fmt::format("accuracy: reconstruction {} points, reference {}", made.points, reference.points));
+  return 0;
+}
+
+int simulate_scanners(const SceneRequest& request, const std::string& extension, OutputFolder& folder, Run& run) {
+  if (!request.variant.empty()) throw UsageError("--variant: the scene scanners has no variants");
+  ObjectScanner a, b, reference;
+  a.noise = 0.05;
+  b.points = 1000, b.noise = 0.1, b.bias = 0.2;
+  reference.points = reference_points;
+  if (request.points) a.points = *request.points;
+  if (request.points_b) b.points = *request.points_b;
+  if (request.noise) a.noise = *request.noise;
+  if (request.noise_b) b.noise = *request.noise_b;
+  // As wide as its points are apart: the disc has the area that a point stands for.
+  b.spot = 2 * std::sqrt(object_width * object_depth / (std::acos(-1.0) * static_cast<double>(b.points)));
+  nlohmann::ordered_json truth;
+  truth["schema"] = "isopach.truth.scanners/1";
+  truth["scene"] = "scanners";
+  truth["description"] =
+      "two scanners of known errors on one object with a texture, and a reference; b averages over a spot";
+  truth["parameters"] = {{"seed", request.seed}};
+  truth["unit"] = "mm";
+  truth["scanners"] = {scanner_json(a), scanner_json(b)};
+  truth["reference"] = scanner_json(reference);
+  truth["texture"] = {{"wavelengths", {6, 7.75}}, {"rms", 0.1}};
+  write_cloud(folder.path("a" + extension), scan_object(a, request.seed, 0), run.context());
+  write_cloud(folder.path("b" + extension), scan_object(b, request.seed, 1), run.context());
+  write_cloud(folder.path("reference" + extension), scan_object(reference, request.seed, 2), run.context());
+  folder.write_text("truth.json", truth.dump(2) + "\n");
+  run.context().check();
+  folder.commit();
+  run.show(fmt::format("scanners: a {} points, b {}, reference {}", a.points, b.points, reference.points));
   return 0;
 }
 

@@ -34,9 +34,10 @@ int run_simulate(const Arguments& arguments) {
   Format format = Format::ply;
   RunOptions run_options;
   Command command("simulate", description, footer);
-  command.positional(
-      "SCENE", scene_request.name,
-      "One of " + scene_list() + ", chewing (a sequence of frames), combine (face, jaw and reference object)");
+  command.positional("SCENE", scene_request.name,
+                     "One of " + scene_list() +
+                         ", chewing (a sequence of frames), combine (face, jaw and reference object), "
+                         "accuracy (a reconstruction and its reference), scanners (a, b and their reference)");
   command.heading("Output");
   command.option("-o,--output", "DIR", output, "Folder for the scans and truth.json; made if it is not there")
       ->required()
@@ -56,6 +57,8 @@ int run_simulate(const Arguments& arguments) {
   if (scene_request.name == "chewing") return simulate_chewing(scene_request, frames, extension, folder, run);
   if (frames > 0) throw UsageError("--frames: is an option of the scene chewing");
   if (scene_request.name == "combine") return simulate_combine(scene_request, extension, folder, run);
+  if (scene_request.name == "accuracy") return simulate_accuracy(scene_request, extension, folder, run);
+  if (scene_request.name == "scanners") return simulate_scanners(scene_request, extension, folder, run);
   const Scene scene = make_scene(scene_request.name, scene_request.scene_options(), run.context());
   write_cloud(folder.path("a" + extension), scene.a, run.context());
   write_cloud(folder.path("b" + extension), scene.b, run.context());

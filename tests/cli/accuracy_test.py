@@ -87,5 +87,44 @@ class ScannersCli(CliTest):
             self.assertIn(words[0], self.run_cli("scanners", "a.xyz", "b.xyz", "truth.xyz", *words, code=2).stderr)
 
 
+class Simulated(CliTest):
+    def truth(self, folder):
+        return json.loads(self.path(f"{folder}/truth.json").read_text())
+
+    def test_accuracy_returns_the_truth(self):
+        self.run_cli("simulate", "accuracy", "-o", "in", "--points", "4000", "--points-b", "12000", "--noise", "0.1")
+        truth = self.truth("in")
+        told = self.result("accuracy", "in/reconstruction.ply", "in/reference.ply", "--align", "none")
+        self.assertAlmostEqual(told["surface"]["bias"], truth["bias"], delta=0.01)
+        self.assertAlmostEqual(told["points"]["noise"], truth["noise"], delta=0.1 * truth["noise"])
+        self.assertAlmostEqual(told["completeness"]["share"], truth["completeness"], delta=0.01)
+        self.run_cli("simulate", "accuracy", "-o", "out", "--points", "4000", "--points-b", "12000", "--variant", "scaled",
+                     "--noise-b", "0.02", "--format", "xyz")
+        truth = self.truth("out")
+        self.assertEqual(truth["parameters"]["reference"]["noise"], 0.02)
+        told = self.result("accuracy", "out/reconstruction.xyz", "out/reference.xyz", "--align", "scale")
+        self.assertAlmostEqual(told["alignment"]["scale"], truth["scale"], delta=5e-4)
+        for found, true in zip(sum(told["alignment"]["matrix"], []), sum(truth["reference_reconstruction"], [])):
+            self.assertAlmostEqual(found, true, delta=0.1)
+
+    def test_scanners_returns_the_truth(self):
+        self.run_cli("simulate", "scanners", "-o", ".", "--points", "8000", "--points-b", "800", "--noise", "0.04",
+                     "--noise-b", "0.05")
+        truth = self.truth(".")["scanners"]
+        told = self.result("scanners", "a.ply", "b.ply", "reference.ply", "--align", "none")["scanners"]
+        for true, found in zip(truth, told):
+            self.assertAlmostEqual(found["noise"], true["noise"], delta=0.1 * true["noise"])
+            self.assertAlmostEqual(found["bias"], true["bias"], delta=0.01)
+        self.assertIsNone(told[0]["spot"])
+        self.assertAlmostEqual(told[1]["spot"], truth[1]["spot"], delta=0.3 * truth[1]["spot"])
+        self.assertLess(told[0]["resolved"], told[1]["resolved"])
+
+    def test_wrong_ones_are_named(self):
+        for words in [("accuracy", "--variant", "lost"), ("scanners", "--variant", "lost"), ("scanners", "--frames", "3")]:
+            self.assertIn(words[1], self.run_cli("simulate", words[0], "-o", "x", *words[1:], code=2).stderr.replace(
+                "variant 'lost'", "--variant"))
+        self.assertIn("100", self.run_cli("simulate", "scanners", "-o", "x", "--points", "50", code=2).stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

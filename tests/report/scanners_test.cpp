@@ -38,7 +38,7 @@ TEST(ScannersReport, JsonIsThatOfTheSchema) {
     const Scanners s = sample(align);
     const Json json = Json::parse(scanners_json(s, {"report.html"}));
     for (const std::string& violation : test::SchemaCheck::violations(schema, json)) ADD_FAILURE() << violation;
-    EXPECT_EQ(json["scanners"][1]["noise"].get<double>(), s.scan[1].noise);
+    EXPECT_EQ(json["scanners"][1]["noise"].get<double>(), s.scan[1].spot.noise);
     EXPECT_EQ(json["between"]["rho_dv"].get<double>(), s.rho_dv);
     EXPECT_EQ(json["detail"].size(), s.detail.size());
     EXPECT_EQ(json["parameters"]["freedom"].empty(), !align);

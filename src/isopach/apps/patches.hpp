@@ -1,6 +1,8 @@
 // Patches of 16 neighbouring places: what of the values there a plane does not explain.
 #pragma once
 #include <Eigen/Dense>
+#include <algorithm>
+#include <vector>
 
 #include "isopach/geom/vec.hpp"
 
@@ -22,6 +24,21 @@ int take_off_plane(const PatchValues<2>& xy, PatchValues<columns>& values) {
   const Eigen::ColPivHouseholderQR<PatchValues<3>> qr(plane);
   values -= plane * qr.solve(values).eval();
   return patch - static_cast<int>(qr.rank());
+}
+
+/// Variance of `values` about their plane, so scaled that the median over many patches is that of normal noise: the
+/// median of chi² over its degrees of freedom is (1 − 2/(9 n))³ (Wilson, Hilferty 1931).
+inline double patch_variance(const PatchValues<2>& xy, PatchValues<1> values) {
+  const int freedom = take_off_plane(xy, values);
+  const double root = 1 - 2.0 / (9 * freedom);
+  return values.squaredNorm() / (freedom * root * root * root);
+}
+
+/// Of at least one value; the upper of the two middle ones.
+inline double median_of(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
 }
 
 }  // namespace isopach

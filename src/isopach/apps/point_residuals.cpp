@@ -9,12 +9,6 @@
 namespace isopach {
 namespace {
 
-/// Median of chi² over its degrees of freedom (Wilson, Hilferty 1931).
-double median_share(int freedom) {
-  const double root = 1 - 2.0 / (9 * freedom);
-  return root * root * root;
-}
-
 struct Entry {
   Index node;
   double d;
@@ -60,16 +54,13 @@ PointResiduals point_residuals(const Cloud& cloud, const Pose& pose, const Frame
     }
     const double mean = d.mean();
     of_means.add((mean - r.bias) * (mean - r.bias));
-    const int freedom = take_off_plane(xy, d);
-    variances.push_back(d.squaredNorm() / (freedom * median_share(freedom)));
+    variances.push_back(patch_variance(xy, d));
   }
   if (variances.empty()) {
     r.noise = r.std;
     return r;
   }
-  const auto middle = variances.begin() + static_cast<std::ptrdiff_t>(variances.size() / 2);
-  std::nth_element(variances.begin(), middle, variances.end());
-  const double variance = *middle;
+  const double variance = median_of(variances);
   r.noise = std::sqrt(variance);
   r.form = std::sqrt(std::max(0.0, of_means.value() / static_cast<double>(variances.size()) - variance / patch));
   return r;

@@ -56,9 +56,16 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
   s.rho_dv = c.detail ? c.detail->rho : std::numeric_limits<double>::quiet_NaN();
   s.coverage = c.coverage;
   s.residuals = point_residuals(scan, s.pose, c.frame, options.project, c.fields_b.dz_signed, context);
-  const double own = o.reference_sigma * o.reference_sigma / 2;  // interpolated within triangles: half the variance
-  s.noise = std::sqrt(std::max(0.0, s.residuals.noise * s.residuals.noise - own));
   s.spacing = std::sqrt(c.domain_area / std::max<double>(1, static_cast<double>(s.residuals.count)));
+  HeightField object = project(reference, Pose{}, c.frame, options.project, context);
+  const MatchSurface surface = make_surface(std::move(object.xy), std::move(object.z), c.frame.curve,
+                                            options.border == BorderRule::trim, options.max_edge, context);
+  s.spot = find_spot(project(scan, s.pose, c.frame, options.project, context), surface, s.spacing, o.reference_sigma,
+                     context);
+  if (s.spot.width == 0) {                                         // all points, not a choice of them
+    const double own = o.reference_sigma * o.reference_sigma / 2;  // interpolated within triangles: half the variance
+    s.spot.noise = std::sqrt(std::max(0.0, s.residuals.noise * s.residuals.noise - own));
+  }
   at_reference = c.fields_a.dz_signed;
   return s;
 }
@@ -92,6 +99,23 @@ struct Energy {
   std::size_t stretches = 0;
 };
 
+/// Whether nodes that follow one another on the curve lie together. Where the curve leaves the scan and comes back
+/// elsewhere they do not. n cells in a row of a Hilbert curve lie within √(6 n) of their side; here twice the area.
+/// The cell is that of all nodes, or of these where they are sparser.
+bool compact(const std::vector<DetailSample>& samples, std::size_t begin, std::size_t end, double cell) {
+  Box2 box{samples[begin].xy, samples[begin].xy};
+  std::vector<double> steps;
+  for (std::size_t i = begin + 1; i < end; ++i) {
+    const Point2 &p = samples[i - 1].xy, &q = samples[i].xy;
+    steps.push_back((q.x - p.x) * (q.x - p.x) + (q.y - p.y) * (q.y - p.y));
+    box.min = {std::min(box.min.x, q.x), std::min(box.min.y, q.y)};
+    box.max = {std::max(box.max.x, q.x), std::max(box.max.y, q.y)};
+  }
+  const double width = box.max.x - box.min.x, depth = box.max.y - box.min.y;
+  const double area = static_cast<double>(end - begin) * std::max(cell, median_of(std::move(steps)));
+  return width * width + depth * depth <= 12 * area;
+}
+
 void add_patch(const std::vector<DetailSample>& samples, std::size_t begin, std::size_t run, Energy& energy) {
   PatchValues<2> xy = PatchValues<2>::Zero();
   PatchValues<3> heights = PatchValues<3>::Zero();  // reference, first scan, second scan
@@ -119,7 +143,8 @@ std::vector<DetailScale> detail_scales(const std::vector<DetailSample>& samples,
   for (std::size_t run = 1; run * patch * fewest_patches <= samples.size(); run *= 4) {
     Energy energy;
     for (std::size_t begin = 0; begin + run * patch <= samples.size(); begin += run * patch)
-      add_patch(samples, begin, run, energy);
+      if (compact(samples, begin, begin + run * patch, cell)) add_patch(samples, begin, run, energy);
+    if (energy.stretches < patch * fewest_patches) continue;
     DetailScale s;
     s.length = 2 * std::sqrt(cell * static_cast<double>(run));
     s.stretches = energy.stretches;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "isopach/apps/point_residuals.hpp"
+#include "isopach/apps/spot.hpp"
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
@@ -32,7 +33,7 @@ struct Scanner {
   Pose pose;  ///< T_reference_scan
   bool converged = true;
   PointResiduals residuals;    ///< of its points about the reference
-  double noise = 0;            ///< residuals.noise without that of the reference
+  Spot spot;                   ///< over which it averages; its noise, without that of the reference
   double rho = 0, rho_dv = 0;  ///< against the reference; rho_dv NaN where there is none
   double coverage = 0, spacing = 0;
   double resolved = 0;  ///< the shortest DetailScale::length from which on all are seen; 0: none
@@ -62,8 +63,8 @@ struct DetailSample {
   double reference;
   std::array<double, 2> scan;
 };
-/// Stretches of 1, 4, 16, … nodes as long as there are at least 8 patches of 16 stretches. `cell`: area a node stands
-/// for.
+/// Stretches of 1, 4, 16, … nodes as long as there are at least 8 patches of 16 stretches; patches whose nodes do not
+/// lie together are left out. `cell`: area a node stands for.
 [[nodiscard]] std::vector<DetailScale> detail_scales(const std::vector<DetailSample>& samples, double cell);
 
 }  // namespace isopach

@@ -7,6 +7,7 @@
 
 #include <fmt/format.h>
 
+#include "isopach/apps/heights_below.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -66,21 +67,6 @@ void thin_out(Array<Point2>& xy, Array<double>& z, Array<double>& below, Array<I
   if (!below.empty()) below.resize(n);
   for (Index& id : node_of_point)
     if (id != no_index) id = now[id];
-}
-
-/// Heights of the reference under the nodes, NaN where it has none.
-Array<double> heights_below(const Array<Point2>& xy, const MatchSurface& reference, const Context& context) {
-  const Locations where = localise_in_order(xy, reference.t, reference.xy, context);
-  Array<double> below = interpolate(where, xy, reference.t, reference.xy, reference.z, context);
-  for_each_index(xy.size(), [&](std::size_t i) {
-    const Location at = where[i];
-    const bool known = at.kind == Location::Kind::node       ? reference.weight[at.id] > 0
-                       : at.kind == Location::Kind::triangle ? reference.footprint.keeps(at.id)
-                       : at.kind == Location::Kind::edge     ? reference.footprint.keeps(triangle_of(at.id))
-                                                             : false;
-    if (!known) below[i] = nan;
-  });
-  return below;
 }
 
 /// The scan's surface, without nodes that the reference does not know and those no kept triangle has.

@@ -23,7 +23,8 @@ Json scanner_json(const Scanner& s, const char* role) {
   return {{"role", role},
           {"pose", {{"matrix", matrix(s.pose)}}},
           {"converged", s.converged},
-          {"noise", real(s.noise)},
+          {"noise", real(s.spot.noise)},
+          {"spot", s.spot.width > 0 ? real(s.spot.width) : Json(nullptr)},
           {"bias", real(s.residuals.bias)},
           {"form", real(s.residuals.form)},
           {"rms", real(s.residuals.rms)},
@@ -95,11 +96,14 @@ class Page : public HtmlPage {
   void each() {
     open_table("Each against the reference",
                "<th></th><th class=\"n\">A</th><th class=\"n\">B</th><th>unit</th><th>what it says</th>");
+    const auto shown = [&](const std::string& key) {
+      return key.ends_with(".bias") ? datum(key, signed_number(value(key), fine, 3)) : brief(key);
+    };
     const auto both = [&](const std::string& name, const std::string& key, const std::string& unit,
                           const std::string& why) {
       out_ += "<tr><th scope=\"row\">" + name + "</th>";
       for (const char* k : {"0", "1"})
-        out_ += "<td class=\"n\">" + brief("scanners." + std::string(k) + "." + key) + "</td>";
+        out_ += "<td class=\"n\">" + shown("scanners." + std::string(k) + "." + key) + "</td>";
       out_ += "<td class=\"u\">" + unit + "</td><td class=\"why\">" + why + "</td></tr>\n";
     };
     both("noise", "noise", unit_, "what neighbouring points do not share, one standard deviation");
@@ -108,6 +112,7 @@ class Page : public HtmlPage {
     both("ρ<sub>V</sub>", "rho", unit_, "mean |d| against the reference");
     both("ρ<sub>dV</sub>", "rho_dv", unit_, "with the detail that only the finer scan holds averaged out");
     both("spacing", "spacing", unit_, "side of the square a point stands for");
+    both("spot", "spot", unit_, "width of the disc it averages over, found by the least noise");
     both("resolved", "resolved", unit_, "shortest wavelength of the reference's detail that it shows");
     close_table();
   }
@@ -167,11 +172,14 @@ std::string scanners_text(const Scanners& s) {
   for (std::size_t k = 0; k < 2; ++k) {
     const Scanner& scan = s.scan[k];
     line(out, k == 0 ? "A" : "B",
-         fmt::format("noise {} {}, bias {} {}, form {} {}, rho_V {} {}, rho_dV {} {}", n(scan.noise), unit,
+         fmt::format("noise {} {}, bias {} {}, form {} {}, rho_V {} {}, rho_dV {} {}", n(scan.spot.noise), unit,
                      signed_number(scan.residuals.bias, ascii, 3), unit, n(scan.residuals.form), unit, n(scan.rho),
                      unit, n(scan.rho_dv), unit));
     line(out, "",
-         fmt::format("{} points, {} {} apart; resolves {}", count(scan.input.points, ascii), n(scan.spacing), unit,
+         fmt::format("{} points, {} {} apart{}; resolves {}", count(scan.input.points, ascii), n(scan.spacing), unit,
+                     scan.spot.width > 0
+                         ? fmt::format(", each the mean over a spot {} {} wide", n(scan.spot.width), unit)
+                         : std::string(),
                      scan.resolved > 0 ? fmt::format("wavelengths from {} {} on", n(scan.resolved), unit)
                                        : std::string("no detail of the reference")));
   }
