@@ -92,7 +92,7 @@ void leave_out_hidden(ScanPoints& scan, const Cloud& cloud, const Frame& frame, 
                       const Context& context) {
   if (cloud.faces.empty())
     throw UsageError("--visible: the file has no faces that could hide a point: leave it out, or crop by --depth");
-  const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, context);
+  const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, {}, context);
   const SurfaceTree tree(mesh);
   Box3 box;
   for (const Point3& p : mesh.points) box.add(p);
