@@ -139,7 +139,7 @@ TEST(Distance, NoSurfaceSpansAHole) {
   EXPECT_TRUE(std::isnan(field(trim.fields_b, "normal")[0]));
   EXPECT_NEAR(field(trim.fields_b, "vertical")[1], 1, 1e-12);
   EXPECT_NEAR(field(trim.fields_b, "c2s")[0], std::hypot(1, 5.5), 0.05);  // to the rim of the hole
-  EXPECT_NEAR(trim.trimmed_a, 11.0 * 11 / (19 * 19), 0.03);  // less its corners
+  EXPECT_NEAR(trim.trimmed_a, 11.0 * 11 / (19 * 19), 0.03);               // less its corners
   EXPECT_EQ(trim.trimmed_b, 0);
   o.border = BorderRule::hull;
   const Distances hull = run(a, b, o);
