@@ -3,6 +3,7 @@
 
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
 
 #include "cli/application.hpp"
@@ -32,7 +33,7 @@ constexpr const char* footer =
     "  isopach asymmetry head.obj --depth 110 --visible        the front of a head";
 
 struct Request {
-  std::string face, across;
+  std::string face, across, regions;
   AsymmetryOptions options;
   ApplicationOutput output;
   RunOptions run;
@@ -74,6 +75,16 @@ Point3 parse_across(const std::string& text) {
   return v;
 }
 
+/// A word that is neither a part nor a file is a wrong word.
+void parse_regions(const std::string& text, AsymmetryOptions& options) {
+  if (text == "halves") options.parts = FaceParts::halves;
+  if (text.empty() || text == "halves" || text == "thirds") return;
+  std::error_code none;
+  if (!std::filesystem::exists(text, none))
+    throw UsageError(fmt::format("--regions: '{}' is not thirds, halves or a file of polygons", text));
+  options.polygons = text;
+}
+
 }  // namespace
 
 int run_asymmetry(const Arguments& arguments) {
@@ -94,7 +105,7 @@ int run_asymmetry(const Arguments& arguments) {
   add_points_options(command, compare.project, compare.unit,
                      "Height of points of the scan with the same place; error: refuse such a scan");
   command.flag("--allow-crs", compare.allow_crs, "Go on although the CRS is in degrees or Web Mercator");
-  add_border_options(command, compare);
+  add_border_options(command, compare.border, compare.max_edge);
   command.heading("Asymmetry");
   command
       .option("--rim", "WIDTH", options.rim,
@@ -107,8 +118,11 @@ int run_asymmetry(const Arguments& arguments) {
       ->check(positive());
   command.flag("--visible", options.visible,
                "Of a file with faces: points behind a face, as in the mouth or at the back, are left out");
-  command.choice<FaceParts>("--regions", options.parts, {{"thirds", FaceParts::thirds}, {"halves", FaceParts::halves}},
-                            "Parts of the face that are told apart, by height");
+  command
+      .option("--regions", "thirds|halves|FILE", request.regions,
+              "Parts of the face that are told apart: by height, or polygons of a file (GeoJSON, GeoPackage, ...) in x "
+              "and y of FACE, drawn on either side (default thirds)")
+      ->check(not_empty());
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the area that the plane is fitted to; auto: all that differs no more than noise; 1: "
                  "everything (default auto)");
@@ -118,6 +132,7 @@ int run_asymmetry(const Arguments& arguments) {
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.across.empty()) options.across = parse_across(request.across);
+  parse_regions(request.regions, options);
 
   Run run(request.run);
   const std::unique_ptr<OutputFolder> folder = open_folder(request.output);

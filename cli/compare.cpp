@@ -143,7 +143,7 @@ void add_measure_options(Command& command, Request& request) {
       "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
       "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
       "on from its border");
-  add_border_options(command, options);
+  add_border_options(command, options.border, options.max_edge);
   command
       .option("--alpha", "R", options.alpha,
               "Alpha shape: triangles of a scan with a circumradius above this, in the unit of x and y, are no part of "
@@ -174,10 +174,11 @@ void add_measure_options(Command& command, Request& request) {
                "Estimate from the scans themselves what two scans of an unchanged surface would show, and the gross "
                "volume without it");
   command.heading("Measure");
-  command.option("--fail-above", "STATISTIC=LIMIT", request.fail_above,
-                 fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean, "
-                             "median and net by their size, significant_area as a share. One of {}",
-                             statistic_names()));
+  command.option(
+      "--fail-above", "STATISTIC=LIMIT", request.fail_above,
+      fmt::format("Exit 6 if a statistic is above its limit, in the unit of the result; repeatable; mean, "
+                  "median and net by their size, significant_area as a share, currents_distance as an area. One of {}",
+                  statistic_names()));
 }
 
 /// Puts the pose of b on a into the options, and how well it is known where the uncertainty wants that; what the
@@ -231,7 +232,7 @@ int run_compare(const Arguments& arguments) {
   std::vector<Tolerance> tolerances;
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
-  check_tolerances(tolerances, request.options.uncertainty);
+  check_tolerances(tolerances, request.options);
   request.options.percentiles = percentiles_of(tolerances);
   request.options.check_layers = !request.no_layer_check;
   request.options.uncertainty.registration_error = request.registration.shift;

@@ -64,6 +64,7 @@ void add_surface_options(Command& command, Request& request) {
       "--mesh", options.mesh,
       {{"auto", MeshSource::automatic}, {"delaunay", MeshSource::delaunay}, {"faces", MeshSource::faces}},
       "Surface of a scan; faces: those of the file; delaunay: made from its points; auto: faces where there are any");
+  add_border_options(command, options.border, options.max_edge);
   command.flag("--allow-crs", options.allow_crs,
                "Measure although the CRS is in degrees, is Web Mercator, differs, or heights have another unit");
 }
@@ -112,6 +113,13 @@ void check_use(const Request& request) {
       throw UsageError(fmt::format("{}: is an option of {}: add that to --measure", option, measure));
   };
   const M3c2Options& o = request.options.m3c2;
+  const bool surface = m.c2s || m.normal || m.vertical || m.surface || m.hausdorff;
+  for (const auto& [given, option] : {std::pair{request.options.border != BorderRule::trim, "--border"},
+                                      std::pair{request.options.max_edge > 0, "--max-edge"}}) {
+    needs(given, option, surface, "c2s, normal, vertical, surface and hausdorff");
+    if (given && request.options.mesh == MeshSource::faces)
+      throw UsageError(fmt::format("{}: it is of Delaunay surfaces: leave it or --mesh faces out", option));
+  }
   needs(request.options.tolerance > 0, "--tolerance", m.hausdorff, "hausdorff");
   needs(request.samples > 0, "--samples", m.surface, "surface");
   needs(o.normal_scale > 0, "--normal-scale", m.m3c2, "m3c2");

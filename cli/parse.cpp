@@ -51,6 +51,8 @@ struct Statistic {
 constexpr Statistic statistics[] = {
     {"rho", [](const Comparison& c) { return c.measures.rho; }},
     {"rho_dv", [](const Comparison& c) { return c.detail ? c.detail->rho : std::nan(""); }},
+    {"currents_distance", [](const Comparison& c) { return c.currents ? c.currents->distance() : std::nan(""); }},
+    {"currents_relative", [](const Comparison& c) { return c.currents ? c.currents->relative() : std::nan(""); }},
     {"std", [](const Comparison& c) { return c.measures.difference.std; }},
     {"nmad", [](const Comparison& c) { return c.measures.difference.nmad; }},
     {"rms", [](const Comparison& c) { return c.measures.difference.rms; }},
@@ -220,11 +222,14 @@ std::vector<Tolerance> parse_tolerances(const std::string& text) {
   return tolerances;
 }
 
-void check_tolerances(const std::vector<Tolerance>& tolerances, const UncertaintyOptions& options) {
-  const bool has_level = options.lod > 0 || options.sigma1.kind != SigmaSource::Kind::none;
-  for (const Tolerance& tolerance : tolerances)
+void check_tolerances(const std::vector<Tolerance>& tolerances, const CompareOptions& options) {
+  const bool has_level = options.uncertainty.lod > 0 || options.uncertainty.sigma1.kind != SigmaSource::Kind::none;
+  for (const Tolerance& tolerance : tolerances) {
     if (tolerance.statistic == "significant_area" && !has_level)
       throw UsageError("--fail-above: significant_area is known with --lod, or --sigma1 and --sigma2, alone");
+    if (tolerance.statistic.starts_with("currents_") && options.measure != MeasureKind::currents)
+      throw UsageError("--fail-above: " + tolerance.statistic + " is known with --measure currents alone");
+  }
 }
 
 std::string statistic_names() {

@@ -40,7 +40,7 @@ struct Tolerance {
 /// Names that --fail-above knows, "a, b, c".
 [[nodiscard]] std::string statistic_names();
 /// Throws UsageError for a statistic that a comparison with these options will not have.
-void check_tolerances(const std::vector<Tolerance>& tolerances, const UncertaintyOptions& options);
+void check_tolerances(const std::vector<Tolerance>& tolerances, const CompareOptions& options);
 /// One line for all tolerances that are exceeded; empty if none is.
 [[nodiscard]] std::string exceeded(const Comparison& comparison, const std::vector<Tolerance>& tolerances);
 

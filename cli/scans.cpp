@@ -30,13 +30,13 @@ void add_points_options(Command& command, ProjectOptions& project, std::string& 
                  "Unit of the input, where the files do not say it or say it wrongly");
 }
 
-void add_border_options(Command& command, CompareOptions& options) {
+void add_border_options(Command& command, BorderRule& border, double& max_edge) {
   command.choice<BorderRule>(
-      "--border", options.border, {{"trim", BorderRule::trim}, {"hull", BorderRule::hull}},
+      "--border", border, {{"trim", BorderRule::trim}, {"hull", BorderRule::hull}},
       "Border of a scan; trim: without the triangles that its sampling does not support, at the rim and "
       "in holes; hull: the convex hull of its points");
   command
-      .option("--max-edge", "L", options.max_edge,
+      .option("--max-edge", "L", max_edge,
               "Triangles of a scan with an edge longer than this, in the unit of x and y, are no part of it (default: "
               "any length)")
       ->check(positive());

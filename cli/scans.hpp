@@ -24,7 +24,7 @@ void add_points_options(Command& command, ProjectOptions& project, std::string& 
                         const std::string& duplicates_help);
 
 /// --border and --max-edge.
-void add_border_options(Command& command, CompareOptions& options);
+void add_border_options(Command& command, BorderRule& border, double& max_edge);
 
 /// What has to be read of a scan; without classes to select no attributes: memory is not free.
 [[nodiscard]] ReadOptions read_options(const ProjectOptions& project);

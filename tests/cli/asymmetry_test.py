@@ -109,6 +109,35 @@ class Options(AsymmetryCli):
         self.assertEqual(used[-50], 1504)
         self.assertEqual(used[12], 1504 - sum(1 for x, y, _ in points if -9 <= x <= 9 and y <= -7))
 
+    def test_polygons(self):
+        # Of a bump on one side, drawn there or where its mirror image is; the face is turned by 5 degrees.
+        def ring(x, y, radius=4.0):
+            c, s = math.cos(math.radians(5)), math.sin(math.radians(5))
+            at = [(x + radius * math.cos(a / 12 * math.pi), y + radius * math.sin(a / 12 * math.pi)) for a in range(25)]
+            return [[c * x - s * y, s * x + c * y] for x, y in at]
+
+        def polygons(path, *named):
+            self.path(path).write_text(json.dumps({"type": "FeatureCollection", "features": [
+                {"type": "Feature", "properties": {"name": name}, "geometry": {"type": "Polygon", "coordinates": [r]}}
+                for name, r in named]}))
+            return path
+
+        file = polygons("parts.geojson", ("right cheek", ring(4, -4)), ("left cheek", ring(-4, -4)),
+                        ("forehead", ring(0, 7, 2)), ("beside", ring(40, 0)))
+        told = self.told("--regions", file)
+        rows = {r["name"]: r for r in told["regions"]}
+        self.assertEqual(list(rows), ["whole", "right cheek", "left cheek", "forehead", "beside"])
+        self.assertEqual(told["parameters"]["regions"], file)
+        for side in ["right", "left"]:
+            self.assertAlmostEqual(rows[side + " cheek"]["volume"]["net"], math.pi * 1.5 ** 2, delta=0.3)
+        self.assertLess(abs(rows["forehead"]["directional"]), 0.1)
+        self.assertAlmostEqual(rows["forehead"]["area"], math.pi * 2 ** 2 / 2, delta=0.1)
+        self.assertIn("'beside' holds no place", "".join(told["warnings"]))
+        self.assertEqual(rows["whole"], self.told()["regions"][0])
+        for words, code, says in [((file, "--direction", "0,0.2,1"), 2, "--direction z"), (("face.xyz",), 3, "face.xyz"),
+                                  ((polygons("far.geojson", ("far", ring(99, 99))),), 3, "none of its polygons")]:
+            self.assertIn(says, self.run_cli("asymmetry", "face.xyz", "--regions", *words, code=code).stderr)
+
     def test_wrong_ones_are_named(self):
         for words in [("--rim", "-1"), ("--rim", "100"), ("--depth", "0"), ("--regions", "quarters"), ("--across", "left"),
                       ("--across", "0,0,0"), ("--across", "z"), ("--overlap", "2"), ("--max-iterations", "0"),

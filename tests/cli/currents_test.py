@@ -107,6 +107,16 @@ class Errors(CurrentsTest):
         self.fails(3, "compare", "a.csv", "b.csv", "--measure", "currents", says=["--measure currents", "ft"])
         self.currents("compare", "a.csv", "b.csv", "--unit", "m")
 
+    def test_fail_above(self):
+        pair = self.pair()
+        words = (*pair, "--measure", "currents", "--fail-above")
+        told = self.currents(*pair)
+        for name in ["distance", "relative"]:
+            self.assertGreater(told[name], 0)
+            self.run_cli(*words, f"currents_{name}={told[name] * 1.0001}")
+            self.assertIn("currents_" + name, self.run_cli(*words, f"currents_{name}={told[name] * 0.9999}", code=6).stderr)
+            self.fails(2, *pair, "--fail-above", f"currents_{name}=1", says=["--fail-above", "--measure currents"])
+
     def test_no_triangle_in_both(self):
         self.pair()
         self.write("wide.xyz", ["-90 -90 0", "190 -90 0", "190 190 0", "-90 190 0", "12 300 0"])

@@ -85,6 +85,25 @@ class Options(CliTest):
         self.assertGreater(made["vertical"]["a_to_b"]["mean"], own["vertical"]["a_to_b"]["mean"])
         self.fails(3, "distance", "lid.obj", b, "--mesh", "faces", says=[b, "--mesh faces"])
 
+    def test_border(self):
+        hole = [p for p in points(1, n=3000) if not (8 < p[0] < 16 and 5 < p[1] < 13)]
+        self.write("a.xyz", hole)
+        self.write("b.xyz", points(2, n=3000, lift=0.5))
+        told = {words: self.result("distance", "a.xyz", "b.xyz", "--measure", "vertical,c2s", *words)
+                for words in [(), ("--border", "hull"), ("--border", "hull", "--max-edge", "3")]}
+        trim, hull, edge = told.values()
+        self.assertEqual(hull["inputs"][0]["trimmed_area"], 0)
+        self.assertAlmostEqual(trim["inputs"][0]["trimmed_area"], 64 / (24 * 18), delta=0.03)
+        self.assertAlmostEqual(edge["inputs"][0]["trimmed_area"], 64 / (24 * 18), delta=0.03)
+        self.assertEqual((trim["parameters"]["border"], edge["parameters"]["max_edge"]), ("trim", 3))
+        self.assertGreater(trim["vertical"]["b_to_a"]["missing"], hull["vertical"]["b_to_a"]["missing"] + 300)
+        self.assertGreater(trim["c2s"]["b_to_a"]["max"], hull["c2s"]["b_to_a"]["max"])
+        self.assertIn("of the area of the hull", self.run_cli("distance", "a.xyz", "b.xyz", "--measure", "c2s").stdout)
+        for words in [("--border", "hull"), ("--max-edge", "3")]:
+            self.fails(2, "distance", "a.xyz", "b.xyz", "--measure", "c2c", *words, says=[words[0], "--measure"])
+            self.fails(2, "distance", "a.xyz", "b.xyz", "--mesh", "faces", *words, says=[words[0], "--mesh faces"])
+        self.fails(3, "distance", "a.xyz", "b.xyz", "--max-edge", "1e-6", says=["a.xyz", "--max-edge"])
+
     def test_tolerance(self):
         a, b = self.scans()
         width = {}
@@ -130,7 +149,7 @@ class Options(CliTest):
 
     def test_wrong_values_name_the_option(self):
         a, b = self.scans()
-        for option, value in [("--measure", "c2x"), ("--measure", ","), ("--mesh", "voxels"), ("--format", "doc"),
+        for option, value in [("--measure", "c2x"), ("--measure", ","), ("--mesh", "voxels"), ("--border", "none"), ("--max-edge", "0"), ("--format", "doc"),
                               ("--tolerance", "0"), ("--tolerance", "wide"), ("--samples", "0"), ("--normal-scale", "-1"),
                               ("--projection-scale", "0"), ("--max-depth", "deep"), ("--registration-error", "-1"),
                               ("--duplicates", "all"), ("--direction", "0,0,0"), ("--crop", "1,2"), ("--class", "900"),

@@ -128,9 +128,6 @@ class Polygons(DomainTest):
         self.assertAlmostEqual(r["measure"]["detail"]["area"], 16)
         r = self.result("compare", "a.csv", "b.csv", "--include", p, "--interpolation", "cubic")
         self.assertAlmostEqual(r["volume"]["net"], 8)
-        for word in ["--include", "--exclude", "--mask"]:
-            self.fails(2, "compare", "a.csv", "b.csv", word, p, "--measure", "currents",
-                       says=["--measure currents", word])
         self.fails(4, "compare", "a.csv", "b.csv", "--include", self.geojson("far.geojson", square(100, 100, 1)),
                    "--measure", "dV", says=["--measure dV", "--include"])
 
@@ -143,6 +140,22 @@ class Polygons(DomainTest):
         self.write("a.xyz", list(reversed(points(1, n=20000))))
         texts.add(without_timing(self.run_cli(*words).stdout))
         self.assertEqual(len(texts), 1)
+
+    def test_currents(self):
+        self.lifted()
+        p = self.geojson("p.geojson", square(1.3, 1.1, 3.2))
+        wide = ("--measure", "currents", "--sigma", "1e6", "--border", "hull")  # then the norm is the area
+        told = [self.result("compare", "a.xyz", "b.xyz", *wide, *words)["measure"]["currents"]
+                for words in [(), ("--include", p), ("--exclude", p)]]
+        area = 3.2 ** 2 * math.hypot(1, 0.125)
+        self.assertAlmostEqual(told[1]["norm_a"], area, places=6)
+        self.assertAlmostEqual(told[1]["norm_b"], area, places=6)
+        self.assertAlmostEqual(told[2]["norm_a"], told[0]["norm_a"] - area, places=6)
+        self.assertGreater(told[0]["triangles_a"], told[1]["triangles_a"])
+        same = self.result("compare", "a.xyz", "a.xyz", "--measure", "currents", "--include", p)["measure"]["currents"]
+        self.assertEqual(same["distance"], 0)
+        self.fails(4, "compare", "a.xyz", "b.xyz", "--include", self.geojson("far.geojson", square(100, 100, 1)), *wide,
+                   says=["inside the polygons"])
 
     def test_wrong_polygons(self):
         self.lifted()

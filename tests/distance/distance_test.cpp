@@ -119,6 +119,45 @@ TEST(Distance, VerticalIsThatOfCompare) {
     EXPECT_NEAR(field(d.fields_b, "vertical")[i], c.fields_b.dz_signed[i], 1e-12);
 }
 
+/// A square without its middle, 20 by 20 nodes; z = 1.
+Cloud ring(double z) {
+  Cloud c;
+  for (int x = 0; x < 20; ++x)
+    for (int y = 0; y < 20; ++y)
+      if (x < 5 || x > 14 || y < 5 || y > 14) c.points.push_back({x + 0.01 * (y % 3), y + 0.01 * (x % 2), z});
+  return c;
+}
+
+TEST(Distance, NoSurfaceSpansAHole) {
+  const Cloud a = ring(0);
+  Cloud b;  // a point high over the middle of the hole, and three over the scan
+  b.points = {{9.5, 9.5, 1}, {2, 2, 1}, {2, 16, 1}, {16, 2, 1}};
+  DistanceOptions o = everything();
+  o.measures.hausdorff = o.measures.surface = false;
+  const Distances trim = run(a, b, o);
+  EXPECT_TRUE(std::isnan(field(trim.fields_b, "vertical")[0]));
+  EXPECT_TRUE(std::isnan(field(trim.fields_b, "normal")[0]));
+  EXPECT_NEAR(field(trim.fields_b, "vertical")[1], 1, 1e-12);
+  EXPECT_NEAR(field(trim.fields_b, "c2s")[0], std::hypot(1, 5.5), 0.05);  // to the rim of the hole
+  EXPECT_NEAR(trim.trimmed_a, 11.0 * 11 / (19 * 19), 0.03);               // less its corners
+  EXPECT_EQ(trim.trimmed_b, 0);
+  o.border = BorderRule::hull;
+  const Distances hull = run(a, b, o);
+  EXPECT_NEAR(field(hull.fields_b, "c2s")[0], 1, 1e-12);
+  EXPECT_NEAR(field(hull.fields_b, "vertical")[0], 1, 1e-12);
+  EXPECT_EQ(hull.trimmed_a, 0);
+  EXPECT_GT(hull.faces_a, trim.faces_a);
+  o.max_edge = 3;  // the hole again, and all of b
+  EXPECT_THROW((void)run(a, b, o), InputError);
+  o.max_edge = 20;
+  EXPECT_EQ(run(a, b, o).faces_a, hull.faces_a);
+  // Of A the same cells as in a comparison: by area and by height.
+  const Cloud above = ring(2);
+  DistanceOptions all = everything();
+  const Distances d = run(a, above, all);
+  EXPECT_NEAR(d.surface->a_to_b.area, compare(a, above, {}, {}).domain_area, 1e-9);
+}
+
 TEST(Distance, SwapMirrors) {
   const Cloud a = waves(300, 1, 0), b = waves(200, 2, 0.05);
   const Distances ab = run(a, b), ba = run(b, a);

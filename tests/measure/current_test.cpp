@@ -8,6 +8,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
+#include "tests/support/polygons.hpp"
 #include "tests/support/random.hpp"
 
 namespace isopach::test {
@@ -50,6 +51,63 @@ TEST(SurfaceCurrent, OfAPlaneIsItsAreaAlongItsNormal) {
   EXPECT_NEAR(x, -50, 1e-10);
   EXPECT_NEAR(y, 200, 1e-10);
   EXPECT_NEAR(z, 100, 1e-10);
+}
+
+Clip clip_to(const Rings& rings, std::size_t cells) {
+  Region region{edges_of(rings), {}};
+  region.parts = trapezoids(region.edges).value();
+  Clip clip;
+  clip.keep(Regions({region}, cells));
+  return clip;
+}
+
+TEST(SurfaceCurrent, OfATriangleThatIsCutThePartInsideCounts) {
+  const Mesh m = plane(0.5, -2);
+  const Rings rings{star(RandomStream(5, 0), 0, {5, 5}, 4, 30), star(RandomStream(5, 1), 0, {5, 5}, 1, 9)};
+  ASSERT_TRUE(is_valid(rings));
+  const OGRPolygon polygon = to_ogr(rings);
+  const Clip clip = clip_to(rings, m.t.real);
+  const SurfaceCurrent whole = surface_current(m.t, m.xy, m.z, {});
+  std::size_t cut = 0, count = 0;
+  for (Index i = 0; i < m.t.real; ++i) {  // one by one, by another library
+    Array<unsigned char> kept(m.t.real, 0);
+    kept[i] = 1;
+    const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, kept, &clip);
+    count += s.centroids.size();
+    const auto& v = m.t.triangles[i].v;
+    const Geometry shared(triangle(m.xy[v[0]], m.xy[v[1]], m.xy[v[2]])->Intersection(&polygon));
+    const double area = area_of(shared.get());
+    if (s.centroids.empty()) {
+      EXPECT_NEAR(area, 0, 1e-12);
+      continue;
+    }
+    const Point3 &c = s.centroids[0], &n = s.normals[0];
+    EXPECT_NEAR(n.z, area, 1e-12);
+    EXPECT_NEAR(n.x, -0.5 * n.z, 1e-12);
+    EXPECT_NEAR(n.y, 2 * n.z, 1e-12);
+    EXPECT_NEAR(c.z, 1 + 0.5 * c.x - 2 * c.y, 1e-12);
+    OGRPoint centre;
+    if (area > 1e-6 && shared->Centroid(&centre) == OGRERR_NONE) {
+      EXPECT_NEAR(c.x, centre.getX(), 1e-8);
+      EXPECT_NEAR(c.y, centre.getY(), 1e-8);
+    }
+    const bool is_whole = c.x == whole.centroids[i].x && c.y == whole.centroids[i].y && n.z == whole.normals[i].z;
+    cut += is_whole ? 0 : 1;
+  }
+  EXPECT_GT(cut, 50U);
+  EXPECT_GT(count - cut, 50U);
+  EXPECT_EQ(surface_current(m.t, m.xy, m.z, {}, &clip).centroids.size(), count);
+}
+
+TEST(SurfaceCurrent, AClipThatHoldsAllChangesNothing) {
+  const Mesh m = plane(1, 1);
+  const Clip clip = clip_to({{{-1, -1}, {11, -1}, {11, 11}, {-1, 11}}}, m.t.real);
+  const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, {}, &clip), whole = surface_current(m.t, m.xy, m.z, {});
+  ASSERT_EQ(s.centroids.size(), whole.centroids.size());
+  EXPECT_EQ(s.mean_edge, whole.mean_edge);
+  for (std::size_t i = 0; i < s.centroids.size(); ++i) EXPECT_EQ(s.normals[i].z, whole.normals[i].z);
+  const Clip nothing = clip_to({{{20, 20}, {30, 20}, {30, 30}}}, m.t.real);
+  EXPECT_TRUE(surface_current(m.t, m.xy, m.z, {}, &nothing).centroids.empty());
 }
 
 TEST(SurfaceCurrent, HoldsTheTrianglesKeptAndTheirMeanEdge) {

@@ -11,6 +11,7 @@
 #include "isopach/apps/mirror.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
+#include "isopach/compare/domain.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/mesh.hpp"
 #include "isopach/distance/point_tree.hpp"
@@ -91,7 +92,7 @@ void leave_out_hidden(ScanPoints& scan, const Cloud& cloud, const Frame& frame, 
                       const Context& context) {
   if (cloud.faces.empty())
     throw UsageError("--visible: the file has no faces that could hide a point: leave it out, or crop by --depth");
-  const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, context);
+  const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, {}, context);
   const SurfaceTree tree(mesh);
   Box3 box;
   for (const Point3& p : mesh.points) box.add(p);
@@ -304,6 +305,48 @@ void describe_index(Asymmetry& a) {
   index.percent = percent(c.noise_floor->debiased_rho);
 }
 
+constexpr std::size_t polygon_cells = 4096;  // of the grid over a polygon
+
+FacePolygons read_polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o, const Frame& frame, Asymmetry& a,
+                                   const Context& context) {
+  FacePolygons polygons;
+  if (o.polygons.empty()) return polygons;
+  stages::NamedRegions file =
+      stages::read_regions("--regions", o.polygons, frame, cloud.crs, o.compare.allow_crs, a.warnings, context);
+  polygons.names = std::move(file.names);
+  for (Region& region : file.regions) {
+    std::vector<Region> one;
+    one.push_back(std::move(region));
+    polygons.regions.emplace_back(std::move(one), polygon_cells);
+  }
+  return polygons;
+}
+
+void describe_regions(FacePolygons polygons, const Upright& place, Asymmetry& a, const Context& context) {
+  const CellView cells = a.comparison.cells.view();
+  if (a.options.polygons.empty()) {
+    a.regions = face_regions(cells, a.options.parts, context);
+    return;
+  }
+  polygons.place = place;
+  polygons.origin = a.comparison.frame.origin;
+  a.regions = face_regions(cells, polygons, context);
+  bool any = false;
+  for (std::size_t k = 1; k < a.regions.size(); ++k) {
+    if (a.regions[k].area > 0) {
+      any = true;
+    } else {
+      a.warnings.push_back(fmt::format("--regions: {}: polygon '{}' holds no place that is scanned on both sides",
+                                       a.options.polygons, a.regions[k].name));
+    }
+  }
+  if (!any)
+    throw InputError(
+        fmt::format("--regions: {}: none of its polygons holds a part of the face that is scanned on both "
+                    "sides: give them in x and y of the scan",
+                    a.options.polygons));
+}
+
 /// A copy of the file's description without its points.
 Cloud description_of(const Cloud& cloud) {
   Cloud empty;
@@ -324,6 +367,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   const View view = view_of(cloud, options, context);
   a.face = view.summary;
   const Point3 across = across_in_view(options.across, view.frame);
+  FacePolygons polygons = read_polygons_of_face(cloud, options, view.frame, a, context);
 
   clock.start("start");
   const Upright start = start_of(view.thin, across, options, context);
@@ -346,7 +390,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
 
   clock.start("regions");
   describe_index(a);
-  a.regions = face_regions(a.comparison.cells.view(), options.parts, context);
+  describe_regions(std::move(polygons), upright, a, context);
   a.of_point.assign(cloud.points.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = 0; i < view.points.ids.size(); ++i)
     a.of_point[view.points.ids[i]] = a.comparison.fields_b.dz_signed[i];

@@ -20,6 +20,7 @@ struct AsymmetryOptions {
   double depth = 0;      ///< > 0: points farther than this behind the foremost one are left out (the back of a head)
   bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out
   FaceParts parts = FaceParts::thirds;
+  std::string polygons;      ///< file of regions to tell instead of parts, in x and y of the face; direction z alone
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
 };
@@ -67,7 +68,9 @@ struct Asymmetry {
 /// coordinates, until the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that
 /// of some matchings and a comparison with noise floor. A function of the set of points, the same bits for any number
 /// of threads. Errors: UsageError for options, OverlapError where no part of the scan lies over its mirror image,
-/// InputError as `project` and where heights have another unit than x and y. Test: tests/apps/asymmetry_test.cpp.
+/// InputError as `project`, for polygons as stages::read_regions and where none of
+/// them holds a part of the face, and where heights have another unit than x and y. Test:
+/// tests/apps/asymmetry_test.cpp.
 [[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
 
 }  // namespace isopach

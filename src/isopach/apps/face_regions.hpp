@@ -4,7 +4,9 @@
 #include <string>
 #include <vector>
 
+#include "isopach/apps/mirror.hpp"
 #include "isopach/measure/measures.hpp"
+#include "isopach/overlay/regions.hpp"
 
 namespace isopach {
 
@@ -26,5 +28,24 @@ struct SideDifference {
 /// rounding. The whole comes first. A part without area has zeros. Cost O(cells). Oracle:
 /// tests/apps/face_regions_test.cpp (subdivision).
 [[nodiscard]] std::vector<SideDifference> face_regions(const CellView& cells, FaceParts parts, const Context& context);
+
+/// Polygons that were drawn over a face as it is seen in its file, along z.
+struct FacePolygons {
+  std::vector<std::string> names;
+  std::vector<Regions> regions;  ///< one polygon each, x and y of the view
+  Upright place;                 ///< from the view to face coordinates
+  Point3 origin{0, 0, 0};        ///< of the cells, in face coordinates
+
+  /// Where a point of the cells' coordinates is seen.
+  [[nodiscard]] Point2 seen(const Point3& p) const;
+};
+
+/// One row a polygon, after the whole. A place x ≥ 0 belongs to a polygon if the face there or the face at its mirror
+/// image is seen inside it: so it does not matter on which side a polygon is drawn, and one that crosses the plane
+/// counts no pair of places twice. On a cell both are affine in x and y, so it is cut exactly (overlay/regions.hpp) and
+/// the integrals, by area in face coordinates, are exact up to rounding. Cost O(cells · polygons). Oracle:
+/// tests/apps/face_regions_test.cpp (subdivision, even-odd count).
+[[nodiscard]] std::vector<SideDifference> face_regions(const CellView& cells, const FacePolygons& polygons,
+                                                       const Context& context);
 
 }  // namespace isopach

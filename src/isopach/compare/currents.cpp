@@ -14,15 +14,16 @@ constexpr double poor_rho = 0.05;
 
 bool asked(const CompareOptions& options) { return options.measure == MeasureKind::currents; }
 
-/// Triangles of a scan that are kept and, unless over the hull, have all corners over the footprint of the other.
-SurfaceCurrent current_in_domain(const OverlayMesh& m, const Margin& in_other, bool over_hull) {
+/// Triangles of a scan that are kept and, unless over the hull, have all corners over the footprint of the other; cut
+/// to the clip.
+SurfaceCurrent current_in_domain(const OverlayMesh& m, const Margin& in_other, bool over_hull, const Clip* clip) {
   Array<unsigned char> kept(m.t.real);
   for_each_index(m.t.real, [&](std::size_t i) {
     const auto& v = m.t.triangles[i].v;
     const bool inside = over_hull || (in_other.covers(v[0]) && in_other.covers(v[1]) && in_other.covers(v[2]));
     kept[i] = inside && (m.kept.empty() || m.kept[i] != 0) ? 1 : 0;
   });
-  return surface_current(m.t, m.xy, m.z, kept);
+  return surface_current(m.t, m.xy, m.z, kept, clip);
 }
 
 }  // namespace
@@ -37,13 +38,6 @@ void check_currents(const CompareOptions& options) {
   CurrentsOptions chosen = o;
   if (chosen.sigma == 0) chosen.sigma = 1;  // not known yet
   check(chosen);
-  const AreaOptions& area = options.area;
-  if (!area.include.empty() || !area.exclude.empty() || !area.mask.empty())
-    throw UsageError(fmt::format(
-        "--measure currents: it takes whole triangles, {} cuts them: leave one of the two out, or use --crop",
-        !area.include.empty()   ? "--include"
-        : !area.exclude.empty() ? "--exclude"
-                                : "--mask"));
   if (options.interpolation == Interpolation::cubic)
     throw UsageError("--measure currents: they are of plane triangles: leave --interpolation cubic out");
 }
@@ -57,18 +51,18 @@ void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
         c.unit, heights));
 }
 
-void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, Comparison& c,
-                      const Context& context) {
+void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, const Clip* clip,
+                      Comparison& c, const Context& context) {
   if (!asked(c.options)) return;
   const bool over_hull = c.options.domain == DomainKind::hull;
-  const SurfaceCurrent a = current_in_domain(m1, borders.in_2.other, over_hull),
-                       b = current_in_domain(m2, borders.in_1.other, over_hull);
+  const SurfaceCurrent a = current_in_domain(m1, borders.in_2.other, over_hull, clip),
+                       b = current_in_domain(m2, borders.in_1.other, over_hull, clip);
   for (const auto& [current, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}})
     if (current->centroids.empty())
       throw OverlapError(fmt::format(
-          "--measure currents: no triangle of {} lies whole over the other scan: take scans that share more area, or "
+          "--measure currents: no triangle of {} lies whole over the other scan{}: take scans that share more area, or "
           "--domain hull",
-          role));
+          role, clip != nullptr ? " and in part inside the polygons or the mask" : ""));
   CurrentsOptions options = c.options.currents;
   if (options.sigma == 0) options.sigma = default_sigma(a, b);
   c.currents =

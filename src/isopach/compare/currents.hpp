@@ -11,8 +11,8 @@ void check_currents(const CompareOptions& options);
 void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c);
 
 /// c.currents, if options.measure asks for them; sets the sigma that was used in c.currents alone. Throws OverlapError
-/// where no triangle of a scan lies over the other.
-void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, Comparison& c,
-                      const Context& context);
+/// where no triangle of a scan lies over the other. `clip`: null, or what is measured.
+void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, const Clip* clip,
+                      Comparison& c, const Context& context);
 
 }  // namespace isopach::stages

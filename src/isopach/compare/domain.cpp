@@ -16,8 +16,8 @@ void check_direction(const Frame& frame, const std::string& option) {
   if (frame.rotation != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     throw UsageError(
         option +
-        ": polygons and masks are in x and y, so they go with --direction z alone; leave the direction, or "
-        "use --crop");
+        ": polygons and masks are in x and y, so they go with --direction z alone; leave the direction, or turn the "
+        "scans first (isopach convert --pose)");
 }
 
 void check_crs(const std::string& option, const std::string& path, const std::string& crs, const std::string& of_scans,
@@ -27,6 +27,45 @@ void check_crs(const std::string& option, const std::string& path, const std::st
       fmt::format("{}: {}: its CRS is {}, that of the scans {}: reproject it (ogr2ogr -t_srs), or pass "
                   "--allow-crs if the coordinates are right",
                   path, option, short_name(crs), short_name(of_scans)));
+}
+
+std::vector<Edge> in_frame(std::vector<Edge> edges, const Frame& frame) {
+  for (Edge& e : edges)
+    for (Point2* p : {&e.a, &e.b}) {
+      const Point3 moved = frame.to_field({p->x, p->y, 0});
+      *p = {moved.x, moved.y};
+    }
+  return edges;
+}
+
+Region region_of(Polygon polygon, const std::string& path, const Frame& frame, std::vector<std::string>& warnings) {
+  for (auto& ring : polygon.rings)
+    for (Point2& p : ring) {
+      const Point3 moved = frame.to_field({p.x, p.y, 0});
+      p = {moved.x, moved.y};
+    }
+  Region region;
+  region.edges = edges_of(polygon);
+  Point2 at{};
+  auto parts = trapezoids(region.edges, &at);
+  if (!parts) {
+    const auto better = mended(polygon);
+    if (better) {
+      region.edges = edges_of(*better);
+      parts = trapezoids(region.edges);
+    }
+    const Point3 where = frame.to_input({at.x, at.y, 0});
+    if (!parts)
+      throw InputError(
+          fmt::format("{}: polygon '{}' has no area, or crosses itself near ({:.10g}, {:.10g}) in a way "
+                      "that could not be mended: mend the file",
+                      path, polygon.name, where.x, where.y));
+    warnings.push_back(fmt::format(
+        "{}: polygon '{}' crosses itself or doubles a side near ({:.10g}, {:.10g}); it was mended: check its area",
+        path, polygon.name, where.x, where.y));
+  }
+  region.parts = std::move(*parts);
+  return region;
 }
 
 class Reader {
@@ -39,16 +78,12 @@ class Reader {
                            std::vector<BudgetRow>* rows) {
     std::vector<Region> regions;
     for (const std::string& path : paths) {
-      check_direction(c_.frame, option);
-      PolygonFile file = read_polygons(path);
-      check_crs(option, path, file.crs, crs_, options_.allow_crs);
-      for (std::string& note : file.notes) c_.warnings.push_back(std::move(note));
-      for (const Polygon& polygon : file.polygons) {
-        context_.check();
-        regions.push_back(region_of(polygon, path));
-        if (rows == nullptr) continue;
+      NamedRegions file = read_regions(option, path, c_.frame, crs_, options_.allow_crs, c_.warnings, context_);
+      for (Region& region : file.regions) regions.push_back(std::move(region));
+      if (rows == nullptr) continue;
+      for (std::string& name : file.names) {
         BudgetRow row;
-        row.name = polygon.name;
+        row.name = std::move(name);
         row.file = path;
         row.restricts = option == "--include";
         rows->push_back(std::move(row));
@@ -63,7 +98,7 @@ class Reader {
     check_crs("--mask", path, mask.crs, crs_, options_.allow_crs);
     for (std::string& note : mask.notes) c_.warnings.push_back(path + ": " + note);
     Region region;
-    region.edges = in_frame(std::move(mask.edges));
+    region.edges = in_frame(std::move(mask.edges), c_.frame);
     auto parts = trapezoids(region.edges);
     if (!parts)
       throw InputError(path +
@@ -75,43 +110,6 @@ class Reader {
   [[nodiscard]] Regions index(std::vector<Region> regions) const { return {std::move(regions), cells_}; }
 
  private:
-  [[nodiscard]] Point2 in_frame(const Point2& p) const {
-    const Point3 moved = c_.frame.to_field({p.x, p.y, 0});
-    return {moved.x, moved.y};
-  }
-  [[nodiscard]] std::vector<Edge> in_frame(std::vector<Edge> edges) const {
-    for (Edge& e : edges) e = {in_frame(e.a), in_frame(e.b)};
-    return edges;
-  }
-
-  Region region_of(const Polygon& polygon, const std::string& path) {
-    Polygon moved = polygon;
-    for (auto& ring : moved.rings)
-      for (Point2& p : ring) p = in_frame(p);
-    Region region;
-    region.edges = edges_of(moved);
-    Point2 at{};
-    auto parts = trapezoids(region.edges, &at);
-    if (!parts) {
-      const auto better = mended(moved);
-      if (better) {
-        region.edges = edges_of(*better);
-        parts = trapezoids(region.edges);
-      }
-      const Point3 where = c_.frame.to_input({at.x, at.y, 0});
-      if (!parts)
-        throw InputError(
-            fmt::format("{}: polygon '{}' has no area, or crosses itself near ({:.10g}, {:.10g}) in a way "
-                        "that could not be mended: mend the file",
-                        path, polygon.name, where.x, where.y));
-      c_.warnings.push_back(fmt::format(
-          "{}: polygon '{}' crosses itself or doubles a side near ({:.10g}, {:.10g}); it was mended: check its area",
-          path, polygon.name, where.x, where.y));
-    }
-    region.parts = std::move(*parts);
-    return region;
-  }
-
   const CompareOptions& options_;
   const std::string& crs_;
   std::size_t cells_;
@@ -125,6 +123,22 @@ std::vector<Region> joined(std::vector<Region> first, std::vector<Region> second
 }
 
 }  // namespace
+
+NamedRegions read_regions(const std::string& option, const std::string& path, const Frame& frame,
+                          const std::string& crs, bool allow_crs, std::vector<std::string>& warnings,
+                          const Context& context) {
+  check_direction(frame, option);
+  PolygonFile file = read_polygons(path);
+  check_crs(option, path, file.crs, crs, allow_crs);
+  for (std::string& note : file.notes) warnings.push_back(std::move(note));
+  NamedRegions found;
+  for (Polygon& polygon : file.polygons) {
+    context.check();
+    found.names.push_back(polygon.name);
+    found.regions.push_back(region_of(std::move(polygon), path, frame, warnings));
+  }
+  return found;
+}
 
 AreaOfInterest::AreaOfInterest(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
                                const Context& context) {

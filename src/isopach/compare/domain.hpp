@@ -11,15 +11,25 @@
 
 namespace isopach::stages {
 
+/// Polygons of a file in a frame: each with its name.
+struct NamedRegions {
+  std::vector<std::string> names;
+  std::vector<Region> regions;
+};
+
+/// Reads what `option` names. `crs`: of the scans, empty if unknown. Throws UsageError where the direction of `frame`
+/// is not z; InputError for files (see io/polygons.hpp), polygons that cannot be mended and, unless `allow_crs`, a CRS
+/// that is not that of the scans. Polygons that were mended are named in `warnings`.
+[[nodiscard]] NamedRegions read_regions(const std::string& option, const std::string& path, const Frame& frame,
+                                        const std::string& crs, bool allow_crs, std::vector<std::string>& warnings,
+                                        const Context& context);
+
 /// Reads --include, --exclude, --mask and --budget and brings them into the frame of the comparison.
 /// Domain = what the scans share ∩ ∪ include ∩ mask ∖ ∪ exclude. Rows of the budget: every polygon of --include and of
 /// --budget, over its part of that domain.
 class AreaOfInterest {
  public:
-  /// `crs`: of the scans, empty if unknown; `cells`: about how many there will be. Throws UsageError where polygons are
-  /// given and the direction is not z, or with options that do not go with them; InputError for files (see
-  /// io/polygons.hpp), polygons that cannot be mended and a CRS that is not that of the scans (unless
-  /// options.allow_crs). Mended polygons are named in c.warnings.
+  /// `cells`: about how many there will be; the rest and errors as of read_regions.
   AreaOfInterest(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
                  const Context& context);
 

@@ -165,6 +165,8 @@ void check(const DistanceOptions& options) {
   }
   if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
     throw UsageError("--tolerance: is not a length, 0 or more");
+  if (!(options.max_edge >= 0) || !std::isfinite(options.max_edge))
+    throw UsageError("--max-edge: is not a length, 0 or more");
   if (options.samples < 1) throw UsageError("--samples: at least 1 a triangle");
 }
 
@@ -255,13 +257,15 @@ class Page {
     both([&] { lay(cloud_a_, Pose{}, a_); }, [&] { lay(cloud_b_, o.pose, b_); });
     d_.faces_a = a_.mesh.faces.size(), d_.faces_b = b_.mesh.faces.size();
     d_.own_faces_a = a_.mesh.own_faces, d_.own_faces_b = b_.mesh.own_faces;
+    d_.trimmed_a = a_.mesh.trimmed_area, d_.trimmed_b = b_.mesh.trimmed_area;
   }
   void load(const Cloud& cloud, const Pose& pose, Scan& scan) {
     scan.field = project(cloud, pose, d_.frame, d_.options.project, context_);
     scan.kept = scan_points(cloud, pose, d_.frame, scan.field);
   }
   void lay(const Cloud& cloud, const Pose& pose, Scan& scan) {
-    scan.mesh = make_mesh(cloud, pose, d_.frame, scan.field, d_.options.mesh, context_);
+    scan.mesh = make_mesh(cloud, pose, d_.frame, scan.field, d_.options.mesh,
+                          {d_.options.border == BorderRule::trim, d_.options.max_edge}, context_);
     scan.tree = std::make_unique<SurfaceTree>(scan.mesh);
   }
 

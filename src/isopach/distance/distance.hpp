@@ -28,8 +28,10 @@ struct DistanceOptions {
   Pose pose;  ///< applied to B before anything else
   DistanceMeasures measures;
   MeshSource mesh = MeshSource::automatic;
-  double tolerance = 0;      ///< of the Hausdorff distance; 0: a millionth of the diagonal of both scans
-  std::size_t samples = 10;  ///< of the surface measure, per triangle on average
+  BorderRule border = BorderRule::trim;  ///< of Delaunay surfaces, overlay/border.hpp
+  double max_edge = 0;                   ///< > 0: no triangle of them with a longer edge in x and y
+  double tolerance = 0;                  ///< of the Hausdorff distance; 0: a millionth of the diagonal of both scans
+  std::size_t samples = 10;              ///< of the surface measure, per triangle on average
   M3c2Options m3c2;
   std::string unit;
   bool allow_crs = false;
@@ -69,6 +71,7 @@ struct Distances {
   std::size_t points_a = 0, points_b = 0;  ///< kept and measured
   std::size_t faces_a = 0, faces_b = 0;    ///< of the surfaces; 0 where no measure needs them
   bool own_faces_a = false, own_faces_b = false;
+  double trimmed_a = 0, trimmed_b = 0;  ///< share of the hull's area that the border left out
   std::string unit = "unknown";
   std::optional<BothWays<Figures>> c2c, c2s, normal, vertical;
   std::optional<BothWays<SurfaceFigures>> surface;

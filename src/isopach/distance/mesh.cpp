@@ -3,21 +3,30 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/distance/vectors.hpp"
+#include "isopach/overlay/border.hpp"
 
 namespace isopach {
 namespace {
 
 std::string name_of(const Cloud& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
 
-Mesh delaunay_mesh(const Frame& frame, const HeightField& field, const Context& context) {
+Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightField& field, const MeshBorder& border,
+                   const Context& context) {
   Mesh mesh;
   const Triangulation t = triangulate(field.xy, frame.curve, context);
   mesh.points.resize(field.xy.size());
   for_each_index(mesh.points.size(), [&](std::size_t i) {
     mesh.points[i] = {field.xy[i].x, field.xy[i].y, field.z[i]};
   });
-  mesh.faces.resize(t.real);
-  for_each_index(t.real, [&](std::size_t i) { mesh.faces[i] = t.triangles[i].v; });
+  const Footprint kept = footprint(t, field.xy, border.trim, {border.max_edge, 0}, context);
+  mesh.faces.reserve(t.real);
+  for (Index i = 0; i < t.real; ++i)
+    if (kept.keeps(i)) mesh.faces.push_back(t.triangles[i].v);
+  if (t.real > 0 && mesh.faces.empty())
+    throw InputError(name +
+                     ": --max-edge or --border trim leaves no triangle of it: give a longer edge, or --border "
+                     "hull");
+  if (kept.removed_area > 0) mesh.trimmed_area = kept.removed_area / (kept.area + kept.removed_area);
   return mesh;
 }
 
@@ -50,11 +59,12 @@ ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
 }
 
 Mesh make_mesh(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field, MeshSource source,
-               const Context& context) {
+               const MeshBorder& border, const Context& context) {
   if (source == MeshSource::faces && cloud.faces.empty())
     throw InputError(name_of(cloud) + ": has no faces: leave out --mesh faces, or give a mesh");
   const bool own = source != MeshSource::delaunay && !cloud.faces.empty();
-  Mesh mesh = own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(frame, field, context);
+  Mesh mesh =
+      own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(name_of(cloud), frame, field, border, context);
   if (mesh.faces.empty())
     throw InputError(name_of(cloud) + (own ? ": no face is left after --class and --crop"
                                            : ": its points lie on one line along the direction, so there is no surface "

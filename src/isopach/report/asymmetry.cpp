@@ -56,7 +56,7 @@ Json parameters_json(const Asymmetry& a) {
           {"rim", real(o.rim)},
           {"depth", o.depth > 0 ? real(o.depth) : Json(nullptr)},
           {"visible", o.visible},
-          {"regions", to_text(o.parts)},
+          {"regions", o.polygons.empty() ? std::string(to_text(o.parts)) : o.polygons},
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
           {"border", to_text(c.border)},
@@ -198,7 +198,12 @@ class Page : public HtmlPage {
             " side; area is that of one side. Directional: net volume ÷ area, which side stands out and how far. "
             "Absolute: "
             "how much the sides differ, whichever stands out; noise adds up to " +
-            brief("measure.rho_floor", 3) + "\u00a0" + unit_ + " to it.</p>\n";
+            brief("measure.rho_floor", 3) + "\u00a0" + unit_ + " to it." +
+            (a_.options.polygons.empty() ? ""
+                                         : " Regions are polygons of " + escaped(a_.options.polygons) +
+                                               "; each counts together with its mirror image, every pair of places "
+                                               "once.") +
+            "</p>\n";
   }
 
   void plane() {

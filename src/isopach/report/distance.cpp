@@ -30,13 +30,14 @@ std::string measures_text(const DistanceMeasures& m) {
   return all;
 }
 
-Json input_json(const InputSummary& in, std::size_t kept, std::size_t faces, bool own) {
+Json input_json(const InputSummary& in, std::size_t kept, std::size_t faces, bool own, double trimmed) {
   return {{"role", in.role},
           {"path", in.path},
           {"points", in.points},
           {"measured", kept},
           {"faces", faces == 0 ? Json(nullptr) : Json(faces)},
           {"surface", faces == 0 ? Json(nullptr) : Json(own ? "faces" : "delaunay")},
+          {"trimmed_area", faces == 0 || own ? Json(nullptr) : real(trimmed)},
           {"unit", in.unit},
           {"vertical_unit", in.vertical_unit},
           {"crs", text_or_null(in.crs)},
@@ -49,6 +50,8 @@ Json parameters_json(const Distances& d) {
   const auto of_m3c2 = [&](double value) { return o.measures.m3c2 ? real(value) : Json(nullptr); };
   return {{"measure", measures_text(o.measures)},
           {"mesh", to_text(o.mesh)},
+          {"border", to_text(o.border)},
+          {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"tolerance", d.hausdorff ? real(o.tolerance) : Json(nullptr)},
           {"samples", d.surface ? Json(o.samples) : Json(nullptr)},
           {"normal_scale", of_m3c2(o.m3c2.normal_scale)},
@@ -136,10 +139,11 @@ class Summary {
   std::string unit_, out_;
 };
 
-void add_input(Summary& s, const InputSummary& in, std::size_t kept, std::size_t faces, bool own) {
+void add_input(Summary& s, const InputSummary& in, std::size_t kept, std::size_t faces, bool own, double trimmed) {
   std::string text = fmt::format("{}: {} points", input_name(in), count(in.points, plain));
   if (kept != in.points) text += fmt::format(", {} measured", count(kept, plain));
   if (faces > 0) text += fmt::format(", {} {}", count(faces, plain), own ? "faces" : "Delaunay triangles");
+  if (trimmed > 0) text += fmt::format(" (border: without {:.2g} % of the area of the hull)", 100 * trimmed);
   s.line(in.role, text);
 }
 
@@ -179,8 +183,8 @@ std::string distance_json(const Distances& d, const std::vector<std::string>& ou
   const auto signed_figures = [](const Figures& f) { return figures_json(f, true); };
   const Json report = {{"schema", "isopach.distance/1"},
                        {"tool", {{"name", tool_name}, {"version", version}}},
-                       {"inputs", Json::array({input_json(d.a, d.points_a, d.faces_a, d.own_faces_a),
-                                               input_json(d.b, d.points_b, d.faces_b, d.own_faces_b)})},
+                       {"inputs", Json::array({input_json(d.a, d.points_a, d.faces_a, d.own_faces_a, d.trimmed_a),
+                                               input_json(d.b, d.points_b, d.faces_b, d.own_faces_b, d.trimmed_b)})},
                        {"parameters", parameters_json(d)},
                        {"pose", {{"matrix", matrix(d.options.pose)}}},
                        {"c2c", both_json(d.c2c, unsigned_figures)},
@@ -198,8 +202,8 @@ std::string distance_json(const Distances& d, const std::vector<std::string>& ou
 
 std::string distance_text(const Distances& d) {
   Summary s(d);
-  add_input(s, d.a, d.points_a, d.faces_a, d.own_faces_a);
-  add_input(s, d.b, d.points_b, d.faces_b, d.own_faces_b);
+  add_input(s, d.a, d.points_a, d.faces_a, d.own_faces_a, d.trimmed_a);
+  add_input(s, d.b, d.points_b, d.faces_b, d.own_faces_b, d.trimmed_b);
   s.figures("c2c", "to the nearest point of the other scan", d.c2c, false);
   s.figures("c2s", "to the closest point of the other surface", d.c2s, false);
   s.figures("normal", "along the normal of the other surface", d.normal, true);
