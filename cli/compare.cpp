@@ -10,6 +10,7 @@
 #include "cli/registration.hpp"
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
+#include "isopach/compare/check.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/match/match.hpp"
@@ -181,6 +182,25 @@ void add_measure_options(Command& command, Request& request) {
                   statistic_names()));
 }
 
+/// What the matching knows of its pose, where the uncertainty wants that.
+void take_covariance(const PoseCovariance& covariance, const Request& request, UncertaintyOptions& u) {
+  if (request.model->count() == 0 && u.sigma1.kind != SigmaSource::Kind::none) u.model = UncertaintyModel::registration;
+  if (u.model != UncertaintyModel::registration || u.registration_error > 0 || u.registration_covariance) return;
+  u.registration_covariance = covariance;
+  u.registration_source = "match";
+}
+
+/// Before any file is read, let alone matched.
+void check_before_work(const Request& request) {
+  CompareOptions expected = request.options;
+  if (request.match) {
+    take_covariance({}, request, expected.uncertainty);
+    if (request.matching.objective == Objective::currents && expected.measure != MeasureKind::currents)
+      expected.currents.sigma = 0;  // it is of the matching alone
+  }
+  check(expected);
+}
+
 /// Puts the pose of b on a into the options, and how well it is known where the uncertainty wants that; what the
 /// matching has to say goes into `remarks`.
 void match_first(const Cloud& a, const Cloud& b, const Request& request, CompareOptions& options,
@@ -204,11 +224,7 @@ void match_first(const Cloud& a, const Cloud& b, const Request& request, Compare
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
   remarks = m.weak_directions;
   options.pose = m.pose;
-  UncertaintyOptions& u = options.uncertainty;
-  if (request.model->count() == 0 && u.sigma1.kind != SigmaSource::Kind::none) u.model = UncertaintyModel::registration;
-  if (u.model != UncertaintyModel::registration || u.registration_error > 0 || u.registration_covariance) return;
-  u.registration_covariance = PoseCovariance{m.covariance, m.centre};
-  u.registration_source = "match";
+  take_covariance({m.covariance, m.centre}, request, options.uncertainty);
 }
 
 }  // namespace
@@ -238,6 +254,7 @@ int run_compare(const Arguments& arguments) {
   request.options.uncertainty.registration_error = request.registration.shift;
   request.options.uncertainty.registration_covariance = request.registration.covariance;
   request.options.uncertainty.registration_source = request.registration.source;
+  check_before_work(request);
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 
   Run run(request.run);

@@ -3,9 +3,11 @@
 // N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner", DGCI 2013, section 3.2; measure: equation (7).
 #include "isopach/compare/compare.hpp"
 
+#include <optional>
 #include <utility>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/compare/check.hpp"
 #include "isopach/compare/currents.hpp"
 #include "isopach/compare/domain.hpp"
 #include "isopach/compare/noise.hpp"
@@ -13,6 +15,7 @@
 #include "isopach/compare/weighting.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/delaunay/triangulate.hpp"
+#include "isopach/measure/bend.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/localise_by_interface.hpp"
@@ -26,10 +29,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
                ScanMeshes* meshes) {
   Comparison c;
   c.options = options;
-  stages::check_options(options);
-  stages::check_uncertainty(options.uncertainty);
-  stages::check_weight(options);
-  stages::check_currents(options);
+  check(options);
   stages::check_units(cloud_a, cloud_b, options, c);
   stages::check_currents_units(cloud_a, cloud_b, c);
   stages::Clock clock(c.timing, context);
@@ -77,9 +77,14 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   // 4. interpolation, as a part of "localise"
   Array<double> f2_at_a, f1_at_b;
-  const auto heights = options.interpolation == Interpolation::cubic ? interpolate_smooth : interpolate;
-  both([&] { f2_at_a = heights(a_in_2, a.xy, t2, b.xy, b.z, context); },
-       [&] { f1_at_b = heights(b_in_1, b.xy, t1, a.xy, a.z, context); });
+  const bool bends = options.interpolation == Interpolation::cubic;
+  std::optional<SmoothSurface> smooth_1, smooth_2;  // they live as long as T1, T2, a and b
+  if (bends)
+    both([&] { f2_at_a = smooth_2.emplace(t2, b.xy, b.z, context).at(a_in_2, a.xy, context); },
+         [&] { f1_at_b = smooth_1.emplace(t1, a.xy, a.z, context).at(b_in_1, b.xy, context); });
+  else
+    both([&] { f2_at_a = interpolate(a_in_2, a.xy, t2, b.xy, b.z, context); },
+         [&] { f1_at_b = interpolate(b_in_1, b.xy, t1, a.xy, a.z, context); });
 
   clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
@@ -120,8 +125,9 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("merge");
   if (options.locate == LocateMethod::tree)  // 5. theorem 2: T1 and T2 become T
-    common = stages::merge_common(std::move(t1), std::move(t2), a, b, a_in_2, b_in_1, c.frame, context);
-  t1 = {}, t2 = {};
+    common = stages::merge_common(bends ? t1 : std::move(t1), bends ? t2 : std::move(t2), a, b, a_in_2, b_in_1, c.frame,
+                                  context);
+  if (!bends) t1 = {}, t2 = {};
   for (Array<Index>* done : {&a.node_of_point, &b.node_of_point, &a_in_2.id, &b_in_1.id}) Array<Index>().swap(*done);
   if (options.locate == LocateMethod::order)  // 5. the same from scratch
     common = stages::triangulate_common(a, b, c.frame, context);
@@ -129,8 +135,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   weighting.take_union(common.nodes);
   NullDifference unchanged_at_nodes;
   if (options.noise_floor) unchanged_at_nodes = unite(std::exchange(unchanged, {}), common.nodes);
-  c.cells = stages::make_cells(std::move(common), std::move(a), std::move(b), a_in_2, b_in_1, borders, f2_at_a, f1_at_b,
-                               area.clip(), c);
+  c.cells = stages::make_cells(std::move(common), bends ? a : std::move(a), bends ? b : std::move(b), a_in_2, b_in_1,
+                               borders, f2_at_a, f1_at_b, area.clip(), c);
 
   clock.start("measure");  // 6. equation (7), cell by cell
   area.clip_cells(c, context);
@@ -140,6 +146,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
     area.fill_budget(c, context);
   }
   stages::describe_domain(cells, borders, c);
+  if (bends) c.measures.error_estimate = bend_error(cells, *smooth_1, *smooth_2, context).bound / c.domain_area;
   noise.describe(c);
   weighting.describe(c);
   if (options.noise_floor) c.noise_floor = noise_floor(cells, unchanged_at_nodes, c.measures.volume, context);
@@ -148,6 +155,13 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 }
 
 }  // namespace
+
+void check(const CompareOptions& options) {
+  stages::check_options(options);
+  stages::check_uncertainty(options.uncertainty);
+  stages::check_weight(options);
+  stages::check_currents(options);
+}
 
 Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context) {
   Comparison result;

@@ -43,9 +43,9 @@ struct DifferenceStatistics {
 inline constexpr std::array<int, 4> percentile_levels{50, 90, 95, 99};
 
 struct Measures {
-  double area = 0;  ///< of the domain
-  double rho = 0;   ///< (7): ∫ |d| / area
-  double error_estimate = 0;
+  double area = 0;            ///< of the domain
+  double rho = 0;             ///< (7): ∫ |d| / area
+  double error_estimate = 0;  ///< of rho, by the integration; 0 for closed forms, else see bend.hpp
   Volume volume;
   DifferenceStatistics difference;
 };
@@ -100,8 +100,8 @@ struct Parts {
 [[nodiscard]] Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles = {});
 
 /// The same over the cells of the exact overlay of both meshes: the exact integrals between the two piecewise linear
-/// surfaces. The cells are not kept but made anew for each of the three passes (sums, percentiles, histogram). Oracle:
-/// tests/overlay/overlay_test.cpp.
+/// surfaces. The cells are not kept but made as they are asked for: in one pass, and again where a first guess of a
+/// quantile was not near enough. Oracle: tests/overlay/overlay_test.cpp.
 [[nodiscard]] Measures measure(const Overlay& overlay, const Context& context,
                                std::span<const double> percentiles = {});
 

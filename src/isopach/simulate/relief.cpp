@@ -1,8 +1,10 @@
 // Relief over a square kilometre whose interpolation error is the subject: how much of a gross volume is chords.
 //   smooth     one long wave; d is a plane that crosses zero
 //   rough      40 waves of wavelengths 1000 to 22 m; d is a Gaussian mound and a Gaussian pit, next to nothing
-//   elsewhere unchanged  the rough relief twice: every volume is false
+//   unchanged  the rough relief twice: every volume is false
+//   cliff      a step 30 m high that retreats by 5 m, on ground that rises by 0.2 m
 // Nodes are independent and uniform, with as dense a border, so that the hull adds nothing.
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
@@ -13,7 +15,7 @@
 namespace isopach {
 namespace {
 
-enum ReliefVariant { smooth, rough, unchanged };
+enum ReliefVariant { smooth, rough, unchanged, cliff };
 constexpr double side = 1000;
 
 constexpr double slope = 0.002, zero = 250;  // of smooth: d = slope (x − zero)
@@ -59,7 +61,7 @@ struct Gaussian {
   }
 };
 
-constexpr Gaussian mound{{350, 600}, 6, 40}, pit{{650, 350}, -4, 30};  // 7 s and more from the border
+constexpr Gaussian mound{{350, 600}, 6, 40}, pit{{650, 350}, -4, 30};  // 8.75 s and more from the border
 
 double rough_height(int variant, int epoch, double x, double y) {
   static const std::array<Wave, waves> relief = make_waves();
@@ -68,7 +70,16 @@ double rough_height(int variant, int epoch, double x, double y) {
   return epoch == 2 && variant == rough ? z + mound.at(x, y) + pit.at(x, y) : z;
 }
 
+constexpr double cliff_height = 30, ramp = 2, retreat = 5, rise = 0.2,
+                 foot = 500;  // it climbs over [foot, foot + ramp]
+
+double cliff_ground(int epoch, double x) {
+  const double from = epoch == 1 ? foot : foot + retreat;
+  return cliff_height * std::clamp((x - from) / ramp, 0.0, 1.0) + (epoch == 1 ? 0 : rise);
+}
+
 double height(int variant, int epoch, double x, double y) {
+  if (variant == cliff) return cliff_ground(epoch, x);
   return variant == smooth ? smooth_height(epoch, x, y) : rough_height(variant, epoch, x, y);
 }
 
@@ -100,8 +111,13 @@ Truth truth(int variant, const Outline& footprint) {
     truth.net = mound.volume() + pit.volume();
     truth.below = rough_below();
     truth.above = truth.net + truth.below;
-    truth.error = 1e-6;  // rounding, and 10⁻⁷ of the mound beyond the border
+    truth.error = 1e-6;  // rounding; 10⁻¹⁷ of the mound lies beyond the border, of the pit less
     truth.parts = {{"mound", mound.volume()}, {"pit", pit.volume()}};
+  } else if (variant == cliff) {  // d = rise outside the band; at either end of it a corner of d stays above 0
+    const double corner = rise * rise * ramp / cliff_height / 2;
+    truth.above = side * (rise * (side - retreat - ramp) + 2 * corner);
+    truth.net = side * (rise * side - cliff_height * retreat);
+    truth.below = truth.above - truth.net;
   }
   return truth;
 }
@@ -119,7 +135,7 @@ SceneModel relief_scene() {
   model.name = "relief";
   model.description = "smooth or rough relief, changed a little: what interpolation adds to a gross volume";
   model.unit = "m";
-  model.variants = {"smooth", "rough", "unchanged"};
+  model.variants = {"smooth", "rough", "unchanged", "cliff"};
   model.height = height;
   model.footprint = footprint;
   model.truth = truth;
