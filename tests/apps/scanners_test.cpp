@@ -65,7 +65,7 @@ TEST(Scanners, NoiseOfEachAtFourDensitiesAndThreeLevels) {
 }
 
 TEST(Scanners, WhatASpotHidesIsNoNoise) {
-  // Points 3 mm apart, each the mean over a spot 4 mm wide that takes a third of the texture.
+  // Points 3 mm apart, each the mean over a spot 4.5 mm wide that takes a third of the texture.
   const Cloud reference = scan(40000, 0, 0, 1), fine = scan(20000, 0.05, 0, 2);
   const Scanners s = scanners(fine, scan(1100, 0.05, 0, 3, 4.5), reference, in_place(), {});
   EXPECT_EQ(s.scan[0].spot.width, 0);
