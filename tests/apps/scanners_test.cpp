@@ -65,7 +65,7 @@ TEST(Scanners, NoiseOfEachAtFourDensitiesAndThreeLevels) {
 }
 
 TEST(Scanners, WhatASpotHidesIsNoNoise) {
-  // Points 3 mm apart, each the mean over a spot 4 mm wide that takes a third of the texture.
+  // Points 3 mm apart, each the mean over a spot 4.5 mm wide that takes a third of the texture.
   const Cloud reference = scan(40000, 0, 0, 1), fine = scan(20000, 0.05, 0, 2);
   const Scanners s = scanners(fine, scan(1100, 0.05, 0, 3, 4.5), reference, in_place(), {});
   EXPECT_EQ(s.scan[0].spot.width, 0);
@@ -107,6 +107,29 @@ TEST(Scanners, SaysWhoSeesTheTexture) {
     EXPECT_NEAR(d.gain[0], 1, 0.1);
   }
   EXPECT_LT(s.rho_dv, s.rho);
+}
+
+TEST(Scanners, TheSameBitsForAnyThreadsAndOrder) {
+  const Cloud a = scan(2500, 0.05, 0, 2), b = scan(600, 0.05, 0.1, 3, 5), reference = scan(6000, 0, 0, 1);
+  const Scanners one = scanners(a, b, reference, in_place(), {});
+  EXPECT_GT(one.scan[1].spot.width, 0);
+  Context three;
+  three.threads = 3;
+  for (const Scanners& other :
+       {scanners(a, b, reference, in_place(), three),
+        scanners(test::shuffled(a, 4), test::shuffled(b, 5), test::shuffled(reference, 6), in_place(), {})}) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      EXPECT_EQ(one.scan[k].spot.noise, other.scan[k].spot.noise);
+      EXPECT_EQ(one.scan[k].spot.width, other.scan[k].spot.width);
+      EXPECT_EQ(one.scan[k].residuals.form, other.scan[k].residuals.form);
+      EXPECT_EQ(one.scan[k].rho_dv, other.scan[k].rho_dv);
+    }
+    ASSERT_EQ(one.detail.size(), other.detail.size());
+    for (std::size_t i = 0; i < one.detail.size(); ++i) {
+      EXPECT_EQ(one.detail[i].gain, other.detail[i].gain);
+      EXPECT_EQ(one.detail[i].error, other.detail[i].error);
+    }
+  }
 }
 
 /// A patch of 4 by 4 nodes, 1 apart, that a scan without the ripple lies over; `torn`: half of it lies far away.

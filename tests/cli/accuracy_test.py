@@ -82,6 +82,20 @@ class ScannersCli(CliTest):
         files = {p.name for p in self.path("out").iterdir()}
         self.assertEqual(files, {"result.json", "report.html", "difference.png"})
 
+    def test_options_act(self):
+        plain = self.told("--align", "none")
+        cropped = self.told("--align", "none", "--crop", "0,0,12,18")
+        self.assertEqual(cropped["parameters"]["crop"], [0, 0, 12, 18])
+        self.assertLess(cropped["detail"][0]["stretches"], 0.7 * plain["detail"][0]["stretches"])
+        self.write("up.txt", ["1 0 0 0", "0 1 0 0", "0 0 1 0.5", "0 0 0 1"])
+        raised = self.told("--align", "none", "--start", "up.txt")["scanners"]
+        for before, after in zip(plain["scanners"], raised):
+            self.assertAlmostEqual(after["bias"], before["bias"] + 0.5, delta=1e-3)
+        moved = self.told("--freedom", "z")
+        self.assertEqual(moved["parameters"]["freedom"], ["z"])
+        self.assertAlmostEqual(moved["scanners"][1]["pose"]["matrix"][2][3], -0.1, delta=0.01)
+        self.assertIn(" in,", self.run_cli("scanners", "a.xyz", "b.xyz", "truth.xyz", "--unit", "in").stdout)
+
     def test_wrong_ones_are_named(self):
         for words in [("--align", "soft"), ("--reference-sigma", "-1"), ("--overlap", "2"), ("--json", "")]:
             self.assertIn(words[0], self.run_cli("scanners", "a.xyz", "b.xyz", "truth.xyz", *words, code=2).stderr)

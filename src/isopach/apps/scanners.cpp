@@ -190,7 +190,8 @@ Scanners run(const Cloud& a, const Cloud& b, const Cloud& reference, const Scann
   const std::vector<DetailSample> samples = samples_of(reference, at_reference, options, context);
   all.detail = detail_scales(samples, c.domain_area / std::max<double>(1, static_cast<double>(samples.size())));
   for (std::size_t k = 0; k < 2; ++k)
-    for (auto s = all.detail.rbegin(); s != all.detail.rend() && s->seen[k]; ++s) all.scan[k].resolved = s->length;
+    for (auto s = all.detail.rbegin(); s != all.detail.rend(); ++s)
+      if (s->seen[k]) all.scan[k].resolved = s->length;
   clock.stop();
   add_new(all.warnings, c.warnings);
   for (std::size_t k = 0; k < 2; ++k)

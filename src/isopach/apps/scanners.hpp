@@ -36,7 +36,7 @@ struct Scanner {
   Spot spot;                   ///< over which it averages; its noise, without that of the reference
   double rho = 0, rho_dv = 0;  ///< against the reference; rho_dv NaN where there is none
   double coverage = 0, spacing = 0;
-  double resolved = 0;  ///< the shortest DetailScale::length from which on all are seen; 0: none
+  double resolved = 0;  ///< the shortest DetailScale::length that is seen; 0: none
 };
 
 struct Scanners {

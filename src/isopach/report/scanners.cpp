@@ -180,7 +180,7 @@ std::string scanners_text(const Scanners& s) {
                      scan.spot.width > 0
                          ? fmt::format(", each the mean over a spot {} {} wide", n(scan.spot.width), unit)
                          : std::string(),
-                     scan.resolved > 0 ? fmt::format("wavelengths from {} {} on", n(scan.resolved), unit)
+                     scan.resolved > 0 ? fmt::format("wavelengths down to {} {}", n(scan.resolved), unit)
                                        : std::string("no detail of the reference")));
   }
   line(out, "B - A",
