@@ -105,7 +105,7 @@ int run_asymmetry(const Arguments& arguments) {
   add_points_options(command, compare.project, compare.unit,
                      "Height of points of the scan with the same place; error: refuse such a scan");
   command.flag("--allow-crs", compare.allow_crs, "Go on although the CRS is in degrees or Web Mercator");
-  add_border_options(command, compare.border, compare.max_edge);
+  add_border_options(command, compare);
   command.heading("Asymmetry");
   command
       .option("--rim", "WIDTH", options.rim,

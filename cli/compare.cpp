@@ -144,7 +144,7 @@ void add_measure_options(Command& command, Request& request) {
       "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
       "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
       "on from its border");
-  add_border_options(command, options.border, options.max_edge);
+  add_border_options(command, options);
   command
       .option("--alpha", "R", options.alpha,
               "Alpha shape: triangles of a scan with a circumradius above this, in the unit of x and y, are no part of "

@@ -231,7 +231,7 @@ int run_match(const Arguments& arguments) {
                    {"--start", "the row-major matrix that takes MOVING to FIXED, to start from (default: as is)"});
   command.flag("--allow-crs", compare.allow_crs,
                "Match although the CRS is in degrees, is Web Mercator, or differs between the scans");
-  add_border_options(command, compare.border, compare.max_edge);
+  add_border_options(command, compare);
   command.heading("Matching");
   command.parsed(
       "--weight", "FORMULA|@ATTRIBUTE|FILE", compare.weight,

@@ -93,7 +93,7 @@ void add_measure_options(Command& command, Request& request) {
       .option("--wrinkle-length", "L", o.wrinkles.length,
               "Wrinkles are longer than this (default: 10 times the spacing of the points)")
       ->check(positive());
-  add_border_options(command, o.compare.border, o.compare.max_edge);
+  add_border_options(command, o.compare);
 }
 
 void add_output_options(Command& command, Request& request) {

@@ -42,6 +42,10 @@ void add_border_options(Command& command, BorderRule& border, double& max_edge) 
       ->check(positive());
 }
 
+void add_border_options(Command& command, CompareOptions& options) {
+  add_border_options(command, options.border, options.max_edge);
+}
+
 ReadOptions read_options(const ProjectOptions& project) {
   ReadOptions options;
   if (project.classes.empty()) options.attributes.clear();

@@ -25,6 +25,7 @@ void add_points_options(Command& command, ProjectOptions& project, std::string& 
 
 /// --border and --max-edge.
 void add_border_options(Command& command, BorderRule& border, double& max_edge);
+void add_border_options(Command& command, CompareOptions& options);
 
 /// What has to be read of a scan; without classes to select no attributes: memory is not free.
 [[nodiscard]] ReadOptions read_options(const ProjectOptions& project);

@@ -61,6 +61,23 @@ void add_truth(Summary& s, const Truth& truth, const Measures& m) {
   s.line("", noise_note);
 }
 
+void add_budget(Summary& s, const Comparison& c) {
+  constexpr std::size_t most_rows = 20;
+  if (c.budget.empty()) return;
+  s.line("by polygon", fmt::format("{:>14}{:>14}{:>14}{:>14}{:>12}", "gained", "lost", "net", "area", "mean d"));
+  const auto n = [](double v) { return number(v, plain); };
+  for (std::size_t i = 0; i < std::min(most_rows, c.budget.size()); ++i) {
+    const BudgetRow& r = c.budget[i];
+    s.line("  " + clean_utf8(r.name),
+           fmt::format("{:>14}{:>14}{:>14}{:>14}{:>12}", n(r.volume.above), n(r.volume.below),
+                       signed_number(r.volume.net, plain), n(r.area), r.area > 0 ? signed_number(r.mean, plain) : "-"));
+  }
+  s.line("", fmt::format("in {}, {}, {}", measured_unit(c, 3), measured_unit(c, 2), measured_unit(c, 1)));
+  if (c.budget.size() > most_rows)
+    s.line("", fmt::format("and {} more in result.json and budget.csv (-o DIR)",
+                           count(c.budget.size() - most_rows, plain)));
+}
+
 }  // namespace
 
 std::string comparison_text(const Comparison& c, const std::optional<Truth>& truth) {
@@ -109,6 +126,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
                 signed_number(v.below - w.below, plain));
   }
   s.line("border", border_sentence(c));
+  add_budget(s, c);
   const auto sentences = uncertainty_sentences(
       c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); });
   for (std::size_t i = 0; i < sentences.size(); ++i) s.line(i == 0 ? "uncertainty" : "", sentences[i]);
