@@ -165,6 +165,7 @@ class Polygons(DomainTest):
             self.fails(2, "compare", "a.xyz", "b.xyz", option, p, "--direction", "x", says=[option, "--direction z"])
         self.fails(4, "compare", "a.xyz", "b.xyz", "--include", self.geojson("far.geojson", square(100, 100, 1)),
                    says=["--include"])
+        self.fails(2, "compare", "a.xyz", "b.xyz", "--budget", p, "--direction", "fit", says=["--budget"])
         self.fails(4, "compare", "a.xyz", "b.xyz", "--exclude", self.geojson("all.geojson", square(-1, -1, 99)),
                    says=["--exclude"])
         tie = self.geojson("tie.geojson", ([[1, 1], [3, 3], [3, 1], [1, 3], [1, 1]], "tie"))
