@@ -64,6 +64,8 @@ struct ResidualSums {
   double volume = 0;          ///< Σ area · trust · (loss weight > 0) · |vertical distance|
   double within = 0;          ///< its Σ area · trust
   double squares = 0;         ///< Σ area · trust · (loss weight) · (vertical distance)²
+  double curvature = 0;       ///< Σ area · trust · (second derivative of the loss)
+  std::uint64_t nodes = 0;    ///< with a residual
   std::uint64_t visited = 0;  ///< triangles
 };
 
@@ -79,6 +81,9 @@ class Residuals {
   static constexpr std::size_t largest_patch = 32;
 
   Residuals(const MatchSurface& moving, const MatchSurface& fixed, const Point3& centre, double length);
+
+  /// From now on only every `stride`-th patch takes part: a sample of the nodes, against all facets.
+  void sample(std::size_t stride);
 
   /// All residuals at `motion`, their sums with the weights of `loss` and of the patches' trust.
   /// Cost O(nodes); the same bits for any number of threads.
@@ -116,7 +121,7 @@ class Residuals {
   std::array<ResidualSide, 2> sides_;
   Point3 centre_;
   double length_;
-  std::size_t patch_;
+  std::size_t patch_, stride_ = 1;
 };
 
 }  // namespace isopach
