@@ -4,33 +4,36 @@ namespace isopach {
 
 namespace {
 
-/// A place as seen from the corner of a facet.
-struct Offset {
-  double x, y;
-};
+enum class Seen { inside, beyond_0, beyond_1, beyond_2, unsure };
 
-/// Whether the place is inside for certain: the shares of the corners are positive by more than the rounding of their
-/// single precision can have made of them. What is not certain goes to the exact predicates.
-bool surely_inside(const Facet& f, const Offset& q) {
+/// On which side of a facet the place lies that is (x, y) away from its first corner: inside, or beyond its side 0, 1
+/// or 2, if the shares of the corners tell it by more than the rounding of their single precision can have made of
+/// them. What is not certain goes to the exact predicates.
+Seen look(const Facet& f, float x, float y) {
   constexpr float rounding = 1.0F / (1 << 18);
-  const auto x = static_cast<float>(q.x), y = static_cast<float>(q.y);
   const float bx = f.bx * x, by = f.by * y, cx = f.cx * x, cy = f.cy * y;
-  const float b = bx + by, c = cx + cy;
+  const float b = bx + by, c = cx + cy, a = 1 - b - c;
   const float bound = rounding * (1 + std::fabs(bx) + std::fabs(by) + std::fabs(cx) + std::fabs(cy));
-  return std::min(std::min(b, c), 1 - b - c) > bound;  // false for the NaN and the zeros of what is no facet
+  const float least = std::min(std::min(b, c), a);
+  if (least > bound) return Seen::inside;
+  if (!(least < -bound)) return Seen::unsure;  // also the NaN and the zeros of what is no facet
+  return least == c ? Seen::beyond_0 : least == a ? Seen::beyond_1 : Seen::beyond_2;
 }
 
 // Facets lie in memory nearly as the nodes that are looked up in them: nearly.
 constexpr std::size_t ahead = 16;
 
-/// Where the node is: the triangle it was in before goes first. False where there is no surface.
+/// Where the node is, from the triangle it was in before: over facets as long as they tell where to go, then by exact
+/// predicates. False where there is no surface.
 bool locate_again(const MatchSurface& target, const Point2& q, Index& hint, std::uint64_t& visited) {
-  if (hint < target.t.real) {
+  constexpr int most_facets = 8;
+  for (int i = 0; i < most_facets && hint < target.t.real; ++i) {
     const Facet& f = target.facets[hint];
-    if (surely_inside(f, {q.x - f.x, q.y - f.y})) {
-      ++visited;
-      return true;
-    }
+    const Seen seen = look(f, static_cast<float>(q.x - f.x), static_cast<float>(q.y - f.y));
+    if (seen == Seen::unsure) break;
+    ++visited;
+    if (seen == Seen::inside) return true;
+    hint = triangle_of(target.t.triangles[hint].n[static_cast<std::size_t>(seen) - 1]);
   }
   const Location found = locate(q, target.t, target.xy, hint, visited);
   return found.kind != Location::Kind::outside && found.kind != Location::Kind::none && hint < target.t.real &&
@@ -79,11 +82,15 @@ void PatchRows::gather(ResidualSide& side, const View& view, std::size_t begin, 
                        std::uint64_t& visited) {
   const MatchSurface &nodes = *side.nodes, &target = *side.target;
   const Facet* facets = target.facets.data();
+  const float* factors = side.factors();
   const Index real = target.t.real;
   const std::size_t all = nodes.xy.size();
   std::size_t k = 0;
   for (std::size_t i = begin; i < end; ++i) {
-    if (i + ahead < all && side.hint[i + ahead] < real) prefetch(facets + side.hint[i + ahead]);
+    if (i + ahead < all && side.hint[i + ahead] < real) {
+      prefetch(facets + side.hint[i + ahead]);
+      prefetch(factors + side.hint[i + ahead]);
+    }
     side.n[i] = std::numeric_limits<double>::quiet_NaN();
     const double area = nodes.weight[i];
     if (!(area > 0)) continue;
@@ -100,7 +107,7 @@ void PatchRows::gather(ResidualSide& side, const View& view, std::size_t begin, 
     const Point3 arm = view.arm(moving_nodes ? there : own);
     arm_x_[k] = static_cast<float>(arm.x), arm_y_[k] = static_cast<float>(arm.y), arm_z_[k] = static_cast<float>(arm.z);
     gx_[k] = f.smooth_gx, gy_[k] = f.smooth_gy;
-    cosine_[k] = target.cosine[at];
+    factor_[k] = factors[at];
     ++k;
   }
   count_ = k;
@@ -112,12 +119,13 @@ void PatchRows::pad() {
   for (std::size_t k = count_; k < padded_; ++k) {
     vertical_[k] = area_[k] = 0;
     arm_x_[k] = arm_y_[k] = arm_z_[k] = gx_[k] = gy_[k] = 0;
-    cosine_[k] = 1;
+    factor_[k] = 1;
   }
 }
 
-void PatchRows::weigh(ResidualSide& side, const Loss& loss, double trust, ResidualSums& sums) {
-  for (std::size_t k = 0; k < padded_; ++k) n_[k] = vertical_[k] * static_cast<double>(cosine_[k]);
+void PatchRows::weigh(ResidualSide& side, const Loss& loss, std::size_t patch, ResidualSums& sums) {
+  const double trust = side.trust[patch], bend = side.bend[patch];
+  for (std::size_t k = 0; k < padded_; ++k) n_[k] = vertical_[k] * static_cast<double>(factor_[k]);
   for (std::size_t k = 0; k < count_; ++k) side.n[node_[k]] = n_[k];
   if (loss.kind == Loss::Kind::huber)
     value_huber(huber_bound * loss.scale, padded_, n_.data(), loss_.data(), weight_.data(), curvature_.data());
@@ -146,8 +154,9 @@ void PatchRows::weigh(ResidualSide& side, const Loss& loss, double trust, Residu
   sums.volume += trust * (volume[0] + volume[1]);
   sums.squares += trust * (squares[0] + squares[1]);
   sums.curvature += trust * (curved[0] + curved[1]);
+  sums.bend += bend * (fitted[0] + fitted[1]);
   sums.nodes += count_;
-  for (std::size_t k = 0; k < padded_; ++k) factor_[k] = static_cast<float>(trust * area_[k] * weight_[k]);
+  for (std::size_t k = 0; k < padded_; ++k) pull_[k] = static_cast<float>(trust * area_[k] * weight_[k]);
 }
 
 template <bool moving_nodes>
@@ -157,7 +166,7 @@ void PatchRows::add_equations(const View& view, ResidualSums& sums) {
   if constexpr (!moving_nodes)
     for (std::size_t i = 0; i < 9; ++i) r[i] = static_cast<float>(view.turn[i]);
   for (std::size_t k = 0; k < padded_; ++k) {
-    const float ux = -gx_[k] * cosine_[k], uy = -gy_[k] * cosine_[k], uz = cosine_[k];
+    const float ux = -gx_[k] * factor_[k], uy = -gy_[k] * factor_[k], uz = factor_[k];
     const float nx = sign * (r[0] * ux + r[1] * uy + r[2] * uz), ny = sign * (r[3] * ux + r[4] * uy + r[5] * uz),
                 nz = sign * (r[6] * ux + r[7] * uy + r[8] * uz);
     const float ax = arm_x_[k], ay = arm_y_[k], az = arm_z_[k], n = static_cast<float>(n_[k]);
@@ -187,7 +196,7 @@ void PatchRows::add_row(double*& out, ResidualSums& sums) const {
   };
   Lanes sum[columns] = {};
   for (std::size_t k = 0; k < padded_; k += lanes) {
-    const Lanes x = load(factor_, k) * load(column_[row], k);
+    const Lanes x = load(pull_, k) * load(column_[row], k);
     for (std::size_t c = 0; c < columns; ++c) sum[c] += x * load(column_[row + c], k);
   }
   const auto total = [](const Lanes& v) { return static_cast<double>(v[0] + v[2]) + static_cast<double>(v[1] + v[3]); };

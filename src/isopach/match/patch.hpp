@@ -80,12 +80,12 @@ struct View {
 /// changes a step as little. What decides, the residual and its loss, is in double precision.
 class PatchRows {
  public:
-  /// Residuals of the nodes begin … end − 1. Sides of weight 0 and nodes beyond the surface are left out.
+  /// Residuals of the nodes begin … end − 1. Nodes of weight 0 and those beyond the surface are left out.
   template <bool moving_nodes>
   void gather(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
               std::uint64_t& visited);
   /// What they count; adds all sums but the equations.
-  void weigh(ResidualSide& side, const Loss& loss, double trust, ResidualSums& sums);
+  void weigh(ResidualSide& side, const Loss& loss, std::size_t patch, ResidualSums& sums);
   template <bool moving_nodes>
   void add_equations(const View& view, ResidualSums& sums);
 
@@ -103,7 +103,7 @@ class PatchRows {
   std::size_t count_ = 0, padded_ = 0;
   std::array<Index, most> node_;
   alignas(32) Column vertical_, area_, n_, loss_, weight_, curvature_;
-  alignas(32) FloatColumn arm_x_, arm_y_, arm_z_, gx_, gy_, cosine_, factor_;
+  alignas(32) FloatColumn arm_x_, arm_y_, arm_z_, gx_, gy_, factor_, pull_;
   alignas(32) std::array<FloatColumn, parameters + 1> column_;  // the last: residuals
 };
 

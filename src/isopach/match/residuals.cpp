@@ -27,6 +27,7 @@ void add_to(ResidualSums& total, const ResidualSums& part) {
   total.within += part.within;
   total.squares += part.squares;
   total.curvature += part.curvature;
+  total.bend += part.bend;
   total.nodes += part.nodes;
   total.visited += part.visited;
 }
@@ -40,7 +41,7 @@ ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& lo
   for (std::size_t first = begin; first < end; first += patch) {
     if (first / patch % stride != 0) continue;
     rows.gather<moving_nodes>(side, view, first, std::min(end, first + patch), last, sums.visited);
-    rows.weigh(side, loss, side.trust[first / patch], sums);
+    rows.weigh(side, loss, first / patch, sums);
     rows.add_equations<moving_nodes>(view, sums);
   }
   return sums;
@@ -101,7 +102,7 @@ Information information_of(const ResidualSide& side, const View& view, const Los
         continue;
       }
       const Vector7 j = view.derivative<moving_nodes>(
-          own, there, normal_of(f.smooth_gx, f.smooth_gy, target.cosine[side.hint[i]]), side.n[i]);
+          own, there, normal_of(f.smooth_gx, f.smooth_gy, side.factors()[side.hint[i]]), side.n[i]);
       sum.h.add(j, weight);
       for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
     }
@@ -117,13 +118,15 @@ Residuals::Residuals(const MatchSurface& moving, const MatchSurface& fixed, cons
   const std::size_t fewest = std::min(moving.xy.size(), fixed.xy.size());
   patch_ = largest_patch;
   while (patch_ > 1 && fewest / patch_ < 64) patch_ /= 2;
-  sides_[0] = {&moving, &fixed, true, {}, {}, {}};
-  sides_[1] = {&fixed, &moving, false, {}, {}, {}};
+  sides_[0].nodes = sides_[1].target = &moving;
+  sides_[1].nodes = sides_[0].target = &fixed;
+  sides_[1].moving_nodes = false;
   for (ResidualSide& side : sides_) {
     const std::size_t n = side.nodes->xy.size();
     side.hint.assign(n, no_index);
     side.n.assign(n, std::numeric_limits<double>::quiet_NaN());
     side.trust.assign((n + patch_ - 1) / patch_, 1.0);
+    side.bend.assign(side.trust.size(), 0.0);
   }
 }
 
@@ -146,18 +149,61 @@ void Residuals::sample(std::size_t stride) {
   for (ResidualSide& side : sides_) std::fill(side.n.begin(), side.n.end(), std::numeric_limits<double>::quiet_NaN());
 }
 
-double Residuals::spread() const {
+template <class Visit>
+void Residuals::sizes_of(const Visit& visit) const {
   constexpr std::size_t enough = 50000;  // of each side: the median of these is good to half a per cent
-  std::vector<double> sizes;
-  for (const ResidualSide& side : sides_) {
-    const std::size_t stride = 1 + side.n.size() / enough;
-    for (std::size_t i = 0; i < side.n.size(); i += stride)
-      if (!std::isnan(side.n[i]) && side.trust[i / patch_] > 0) sizes.push_back(std::fabs(side.n[i]));
+  for (std::size_t s = 0; s < 2; ++s) {
+    const ResidualSide& side = sides_[s];
+    const std::size_t stride = 1 + side.n.size() / stride_ / enough;
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < side.n.size(); ++i)
+      if (!std::isnan(side.n[i]) && side.trust[i / patch_] > 0 && seen++ % stride == 0)
+        visit(s, i, std::fabs(side.n[i]));
   }
-  if (sizes.empty()) return 0;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return median_to_sigma * *middle;
+}
+
+namespace {
+
+double median(std::vector<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+double Residuals::spread() const {
+  std::vector<double> sizes;
+  sizes_of([&](std::size_t, std::size_t, double size) { sizes.push_back(size); });
+  return median_to_sigma * median(sizes);
+}
+
+void Residuals::even_out() {
+  constexpr std::size_t classes = 16, fewest = 400;
+  const auto class_of = [](float cosine) {
+    return std::min(classes - 1, static_cast<std::size_t>(cosine * static_cast<float>(classes)));
+  };
+  std::array<std::vector<double>, classes> sizes;
+  std::vector<double> all;
+  sizes_of([&](std::size_t s, std::size_t i, double size) {
+    sizes[class_of(sides_[s].target->cosine[sides_[s].hint[i]])].push_back(size);
+    all.push_back(size);
+  });
+  const double typical = median(all);
+  if (!(typical > 0)) return;
+  std::array<float, classes> shrink;
+  float last = 1;  // steep classes are small: those with too few nodes take after the next flatter one
+  for (std::size_t k = classes; k-- > 0;) {
+    constexpr double most = 8;
+    if (sizes[k].size() >= fewest) last = static_cast<float>(std::clamp(typical / median(sizes[k]), 1 / most, most));
+    shrink[k] = last;
+  }
+  for (ResidualSide& side : sides_) {
+    const Array<float>& cosine = side.target->cosine;
+    side.factor.resize(cosine.size());
+    for_each_index(cosine.size(), [&](std::size_t f) { side.factor[f] = cosine[f] * shrink[class_of(cosine[f])]; });
+  }
 }
 
 bool Residuals::fitted(std::size_t i, const Loss& loss) const {
@@ -189,7 +235,10 @@ std::vector<Residuals::PatchMean> Residuals::patch_means() const {
 }
 
 void Residuals::trust_all() {
-  for (ResidualSide& side : sides_) std::fill(side.trust.begin(), side.trust.end(), 1.0);
+  for (ResidualSide& side : sides_) {
+    std::fill(side.trust.begin(), side.trust.end(), 1.0);
+    std::fill(side.bend.begin(), side.bend.end(), 0.0);
+  }
 }
 
 void Residuals::trust_by_mean() {
@@ -203,6 +252,7 @@ void Residuals::trust_by_mean() {
   for (const PatchMean& m : means) {
     const double u = bound > 0 ? m.mean / bound : (m.mean == 0 ? 0 : 1), v = 1 - u * u;
     sides_[m.side].trust[m.patch] = v > 0 ? v * v : 0;
+    sides_[m.side].bend[m.patch] = v > 0 ? -4 * u * u * v : 0;
   }
 }
 
@@ -216,6 +266,7 @@ void Residuals::trust_share(double share) {
   });
   for (const PatchMean& m : means) {
     sides_[m.side].trust[m.patch] = used < share * all ? 1 : 0;
+    sides_[m.side].bend[m.patch] = 0;
     used += m.area;
   }
 }

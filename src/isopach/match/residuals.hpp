@@ -52,6 +52,10 @@ struct ResidualSide {
   Array<Index> hint;    ///< by node: triangle or ghost where it was last
   Array<double> n;      ///< by node: residual, NaN where the target has no surface
   Array<double> trust;  ///< by patch of `patch` nodes in a row: weight from 0 to 1
+  Array<double> bend;   ///< by patch: its mean times the derivative of its trust over that mean
+  Array<float> factor;  ///< by facet of target: what a vertical distance is multiplied with; empty: its cosine
+
+  [[nodiscard]] const float* factors() const { return factor.empty() ? target->cosine.data() : factor.data(); }
 };
 
 struct ResidualSums {
@@ -65,6 +69,7 @@ struct ResidualSums {
   double within = 0;          ///< its Σ area · trust
   double squares = 0;         ///< Σ area · trust · (loss weight) · (vertical distance)²
   double curvature = 0;       ///< Σ area · trust · (second derivative of the loss)
+  double bend = 0;            ///< Σ area · bend · (loss weight): what trust adds to it, if it follows the motion
   std::uint64_t nodes = 0;    ///< with a residual
   std::uint64_t visited = 0;  ///< triangles
 };
@@ -91,6 +96,10 @@ class Residuals {
 
   /// Standard deviation of the residuals of the last evaluation, from their median absolute value.
   [[nodiscard]] double spread() const;
+  /// Noise depends on the slope: along the normal that of a raster's heights is less where it is steep, that of a
+  /// scanner may be more. From now on residuals are divided by the spread of their like (classes of the cosine) over
+  /// that of all, as the last evaluation has them: each counts by what it knows.
+  void even_out();
   /// Trust of all patches: 1.
   void trust_all();
   /// Bounded by the spread of the patches' means: what is different over a patch is a change and not noise, be it less
@@ -117,6 +126,9 @@ class Residuals {
     std::size_t side = 0, patch = 0;
   };
   [[nodiscard]] std::vector<PatchMean> patch_means() const;
+  /// Sizes of the residuals of trusted patches, of at most so many nodes of each side: (node's facet, |n|).
+  template <class Visit>
+  void sizes_of(const Visit& visit) const;
 
   std::array<ResidualSide, 2> sides_;
   Point3 centre_;
