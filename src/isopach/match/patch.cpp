@@ -6,10 +6,11 @@ namespace {
 
 enum class Seen { inside, beyond_0, beyond_1, beyond_2, unsure };
 
-/// On which side of a facet the place lies that is (x, y) away from its first corner: inside, or beyond its side 0, 1
+/// On which side of a facet the place lies: inside, or beyond its side 0, 1
 /// or 2, if the shares of the corners tell it by more than the rounding of their single precision can have made of
 /// them. What is not certain goes to the exact predicates.
-Seen look(const Facet& f, float x, float y) {
+Seen look(const Facet& f, const Point3& place) {
+  const auto x = static_cast<float>(place.x - f.x), y = static_cast<float>(place.y - f.y);
   constexpr float rounding = 1.0F / (1 << 18);
   const float bx = f.bx * x, by = f.by * y, cx = f.cx * x, cy = f.cy * y;
   const float b = bx + by, c = cx + cy, a = 1 - b - c;
@@ -18,6 +19,11 @@ Seen look(const Facet& f, float x, float y) {
   if (least > bound) return Seen::inside;
   if (!(least < -bound)) return Seen::unsure;  // also the NaN and the zeros of what is no facet
   return least == c ? Seen::beyond_0 : least == a ? Seen::beyond_1 : Seen::beyond_2;
+}
+
+/// The triangle or ghost there.
+Index beyond(const MatchSurface& s, Index triangle, Seen side) {
+  return triangle_of(s.t.triangles[triangle].n[static_cast<std::size_t>(side) - 1]);
 }
 
 // Facets lie in memory nearly as the nodes that are looked up in them: nearly.
@@ -29,11 +35,11 @@ bool locate_again(const MatchSurface& target, const Point2& q, Index& hint, std:
   constexpr int most_facets = 8;
   for (int i = 0; i < most_facets && hint < target.t.real; ++i) {
     const Facet& f = target.facets[hint];
-    const Seen seen = look(f, static_cast<float>(q.x - f.x), static_cast<float>(q.y - f.y));
+    const Seen seen = look(f, {q.x, q.y, 0});
     if (seen == Seen::unsure) break;
     ++visited;
     if (seen == Seen::inside) return true;
-    hint = triangle_of(target.t.triangles[hint].n[static_cast<std::size_t>(seen) - 1]);
+    hint = beyond(target, hint, seen);
   }
   const Location found = locate(q, target.t, target.xy, hint, visited);
   return found.kind != Location::Kind::outside && found.kind != Location::Kind::none && hint < target.t.real &&
@@ -77,34 +83,71 @@ View::View(const ResidualSide& side, const Motion& motion, const Point3& middle,
   }
 }
 
-template <bool moving_nodes>
-void PatchRows::gather(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
-                       std::uint64_t& visited) {
+void PatchRows::find(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
+                     std::uint64_t& visited) {
   const MatchSurface &nodes = *side.nodes, &target = *side.target;
   const Facet* facets = target.facets.data();
   const float* factors = side.factors();
   const Index real = target.t.real;
   const std::size_t all = nodes.xy.size();
-  std::size_t k = 0;
+  std::size_t moved = 0;
+  count_ = 0;
   for (std::size_t i = begin; i < end; ++i) {
     if (i + ahead < all && side.hint[i + ahead] < real) {
       prefetch(facets + side.hint[i + ahead]);
       prefetch(factors + side.hint[i + ahead]);
     }
     side.n[i] = std::numeric_limits<double>::quiet_NaN();
-    const double area = nodes.weight[i];
-    if (!(area > 0)) continue;
-    const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
-    Index at = side.hint[i];
-    if (at == no_index) at = last;
-    const bool over = locate_again(target, {there.x, there.y}, at, visited);
-    side.hint[i] = last = at;
-    if (!over) continue;
-    const Facet& f = facets[at];
+    if (!(nodes.weight[i] > 0)) continue;
+    const std::size_t k = count_++;
+    const Point3 there = there_[k] = view.there({nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]});
     node_[k] = static_cast<Index>(i);
+    Index& at = side.hint[i];
+    if (at == no_index) {
+      at = last;
+      is_over_[k] = locate_again(target, {there.x, there.y}, at, visited);
+    } else if (at < real && look(facets[at], there) == Seen::inside) {
+      ++visited;
+      is_over_[k] = true;
+    } else {  // later, when memory has answered
+      if (at < real) prefetch(&target.t.triangles[at]);
+      moved_[moved++] = k;
+    }
+    last = at;
+  }
+  for (std::size_t m = 0; m < moved; ++m) {
+    const std::size_t k = moved_[m];
+    Index& at = side.hint[node_[k]];
+    if (at >= real) continue;
+    const Seen seen = look(facets[at], there_[k]);
+    if (seen == Seen::unsure) continue;
+    ++visited;
+    at = beyond(target, at, seen);
+    if (at < real) prefetch(facets + at);
+  }
+  for (std::size_t m = 0; m < moved; ++m) {
+    const std::size_t k = moved_[m];
+    is_over_[k] = locate_again(target, {there_[k].x, there_[k].y}, side.hint[node_[k]], visited);
+  }
+}
+
+template <bool moving_nodes>
+void PatchRows::gather(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
+                       std::uint64_t& visited) {
+  find(side, view, begin, end, last, visited);
+  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  const float* factors = side.factors();
+  const bool is_weighted = !target.facet_weight.empty();
+  std::size_t k = 0;
+  for (std::size_t found = 0; found < count_; ++found) {
+    if (!is_over_[found]) continue;
+    const Index i = node_[found], at = side.hint[i];
+    const Point3 there = there_[found];
+    const Facet& f = target.facets[at];
+    node_[k] = i;
     vertical_[k] = (there.z - (f.z + f.gx * (there.x - f.x) + f.gy * (there.y - f.y))) * view.size;
-    area_[k] = area * facet_weight(target, at);
-    const Point3 arm = view.arm(moving_nodes ? there : own);
+    area_[k] = is_weighted ? nodes.weight[i] * facet_weight(target, at) : nodes.weight[i];
+    const Point3 arm = view.arm(moving_nodes ? there : Point3{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]});
     arm_x_[k] = static_cast<float>(arm.x), arm_y_[k] = static_cast<float>(arm.y), arm_z_[k] = static_cast<float>(arm.z);
     gx_[k] = f.smooth_gx, gy_[k] = f.smooth_gy;
     factor_[k] = factors[at];

@@ -96,12 +96,19 @@ class PatchRows {
   using Column = std::array<double, most>;
   using FloatColumn = std::array<float, most>;
 
+  /// Where the nodes are: one after the other where they are still in their triangles; those that left them wait until
+  /// memory has answered for all.
+  void find(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
+            std::uint64_t& visited);
   void pad();
   template <std::size_t row>
   void add_row(double*& out, ResidualSums& sums) const;
 
   std::size_t count_ = 0, padded_ = 0;
   std::array<Index, most> node_;
+  std::array<Point3, most> there_;
+  std::array<bool, most> is_over_;
+  std::array<std::size_t, most> moved_;
   alignas(32) Column vertical_, area_, n_, loss_, weight_, curvature_;
   alignas(32) FloatColumn arm_x_, arm_y_, arm_z_, gx_, gy_, factor_, pull_;
   alignas(32) std::array<FloatColumn, parameters + 1> column_;  // the last: residuals

@@ -11,8 +11,9 @@ namespace isopach {
 
 namespace {
 
-constexpr double patch_bound = 4;           // scales of the patches' means
-constexpr double median_to_sigma = 1.4826;  // of a normal distribution
+constexpr double patch_bound = 4;             // scales of the patches' means
+constexpr double median_to_sigma = 1.4826;    // of a normal distribution
+constexpr std::size_t patches_of_a_cell = 4;  // of the score
 constexpr std::size_t block = 4096;
 static_assert(block % Residuals::largest_patch == 0);
 
@@ -80,35 +81,52 @@ void add_slope_noise(const MatchSurface& s, Index triangle, const Point3& arm, d
   noise.add(both_ways, weight * xy);
 }
 
+/// What each node of a side with a weight brings along: f(node, place there, facet, weight).
+template <class F>
+void for_fitted(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch, std::size_t begin,
+                std::size_t end, const F& f) {
+  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (std::isnan(side.n[i])) continue;
+    const double weight =
+        nodes.weight[i] * facet_weight(target, side.hint[i]) * side.trust[i / patch] * weight_of(loss, side.n[i]);
+    if (!(weight > 0)) continue;
+    const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]};
+    f(i, own, view.there(own), target.facets[side.hint[i]], weight);
+  }
+}
+
+// The facets as they are, so that what their noise adds is known.
 template <bool moving_nodes>
 Information information_of(const ResidualSide& side, const View& view, const Loss& loss, double noise,
                            std::size_t patch, std::size_t begin, std::size_t end) {
-  const MatchSurface &nodes = *side.nodes, &target = *side.target;
   Information sum;
-  for (std::size_t first = begin; first < end; first += patch) {
-    Vector7 score{};
-    for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
-      if (std::isnan(side.n[i])) continue;
-      const Facet& f = target.facets[side.hint[i]];
-      const double weight =
-          nodes.weight[i] * facet_weight(target, side.hint[i]) * side.trust[first / patch] * weight_of(loss, side.n[i]);
-      if (!(weight > 0)) continue;
-      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
-      if (noise > 0) {  // the facets as they are, so that what their noise adds is known
-        const double cosine = 1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy);
-        sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(f.gx, f.gy, cosine), side.n[i]), weight);
-        add_slope_noise(target, side.hint[i], view.arm(moving_nodes ? there : own),
-                        weight * noise * noise * cosine * cosine, sum.noise);
-        continue;
-      }
-      const Vector7 j = view.derivative<moving_nodes>(
-          own, there, normal_of(f.smooth_gx, f.smooth_gy, side.factors()[side.hint[i]]), side.n[i]);
-      sum.h.add(j, weight);
-      for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
-    }
-    sum.score.add(score, 1);
-  }
+  for_fitted(side, view, loss, patch, begin, end,
+             [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
+               const double cosine = 1 / std::sqrt(1 + f.gx * f.gx + f.gy * f.gy);
+               const Point3 normal = normal_of(f.gx, f.gy, cosine);
+               sum.h.add(view.derivative<moving_nodes>(own, there, normal, side.n[i]), weight);
+               add_slope_noise(*side.target, side.hint[i], view.arm(moving_nodes ? there : own),
+                               weight * noise * noise * cosine * cosine, sum.noise);
+             });
   return sum;
+}
+
+/// Σ w Jᵀn by cell: `cell` nodes in a row of the moving scan, or over facets with such a first corner.
+template <bool moving_nodes>
+std::vector<Vector7> scores_of(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
+                               std::size_t cell) {
+  const std::size_t moving = moving_nodes ? side.nodes->xy.size() : side.target->xy.size();
+  std::vector<Vector7> scores((moving + cell - 1) / cell, Vector7{});
+  for_fitted(side, view, loss, patch, 0, side.n.size(),
+             [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
+               const Index at = side.hint[i];
+               const Point3 normal = normal_of(f.smooth_gx, f.smooth_gy, side.factors()[at]);
+               const Vector7 j = view.derivative<moving_nodes>(own, there, normal, side.n[i]);
+               Vector7& score = scores[(moving_nodes ? i : side.target->t.triangles[at].v[0]) / cell];
+               for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
+             });
+  return scores;
 }
 
 }  // namespace
@@ -276,7 +294,6 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
   Information total;
   const auto add = [](Information& sum, const Information& part) {
     sum.h.add(part.h);
-    sum.score.add(part.score);
     sum.noise.add(part.noise);
   };
   for (const ResidualSide& side : sides_) {
@@ -290,6 +307,20 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
                    add));
   }
   return total;
+}
+
+Symmetric7 Residuals::score(const Motion& motion, const Loss& loss, const Context& context) const {
+  context.check();
+  const std::size_t cell = patches_of_a_cell * patch_;
+  std::vector<Vector7> a, b;
+  both([&] { a = scores_of<true>(sides_[0], View(sides_[0], motion, centre_, length_), loss, patch_, cell); },
+       [&] { b = scores_of<false>(sides_[1], View(sides_[1], motion, centre_, length_), loss, patch_, cell); });
+  Symmetric7 sum;
+  for (std::size_t c = 0; c < a.size(); ++c) {
+    for (std::size_t k = 0; k < parameters; ++k) a[c][k] += b[c][k];
+    sum.add(a[c], 1);
+  }
+  return sum;
 }
 
 }  // namespace isopach

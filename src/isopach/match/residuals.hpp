@@ -77,7 +77,6 @@ struct ResidualSums {
 /// What the final state knows of its parameters, in the scaled parameters.
 struct Information {
   Symmetric7 h;      ///< Σ w JᵀJ
-  Symmetric7 score;  ///< Σ over patches of (Σ w Jᵀn)(Σ w Jᵀn)ᵀ: residuals of a patch may be correlated
   Symmetric7 noise;  ///< what noise of the heights alone would add to h, through the slopes of facets
 };
 
@@ -108,10 +107,15 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  /// At the motion of the last evaluation. `noise` 0: h and score, by smoothed slopes. Else h by the facets' own slopes
-  /// and what heights with this standard deviation add to it.
+  /// At the motion of the last evaluation: h by the facets' own slopes, and what heights with this standard deviation
+  /// add to it.
   [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise,
                                         const Context& context) const;
+  /// At the motion of the last evaluation: Σ s sᵀ over cells of some hundred nodes in a row of the moving scan, with s
+  /// = Σ w Jᵀn over the nodes of the cell and those of the fixed scan that lie over its facets: the two directions
+  /// share their noise, and residuals of a cell may be correlated in any way. Test:
+  /// MatchQuality.CovarianceTellsTheErrors.
+  [[nodiscard]] Symmetric7 score(const Motion& motion, const Loss& loss, const Context& context) const;
 
   /// A twist of the scaled parameters: all lengths.
   [[nodiscard]] Twist twist(const Vector7& step) const;

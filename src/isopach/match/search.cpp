@@ -422,13 +422,13 @@ class Search {
                             : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
     s.refresh();
     result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
-    judge(residuals.information(s.at.motion, s.loss, 0, context_), s.curvature(true), residuals.length());
+    judge({s.at.sums.h, {}}, residuals.score(s.at.motion, s.loss, context_), s.curvature(true), residuals.length());
     result_.stable.resize(moving_.xy.size());
     for (std::size_t i = 0; i < moving_.xy.size(); ++i) result_.stable[i] = residuals.fitted(i, s.loss) ? 1 : 0;
   }
 
   // Covariance (the bread of the sandwich is the curvature, not the weights) and weakly held directions.
-  void judge(const Information& info, double curvature, double length) {
+  void judge(const Information& info, const Symmetric7& scores, double curvature, double length) {
     for (int c = 0; c < frozen_.cols(); ++c)
       result_.weak_directions.push_back(words({frozen_.col(c), 0, true}, axes_) +
                                         " is not determined by the scans and was left as it was at the start");
@@ -436,10 +436,10 @@ class Search {
       result_.weak_directions.push_back(words(w, axes_) + " is weakly held: it carries " +
                                         fmt::format("{:.1g}", w.share) + " of the information of the strongest motion");
     const Eigen::MatrixXd h = basis_.transpose() * matrix(info.h) * basis_;
-    const Eigen::MatrixXd score = basis_.transpose() * matrix(info.score) * basis_;
+    const Eigen::MatrixXd score = basis_.transpose() * matrix(scores) * basis_;
     if (h.cols() == 0) return;
     const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.cols()));
-    const Matrix covariance = 2 / (curvature * curvature) * basis_ * inverse * score * inverse * basis_.transpose();
+    const Matrix covariance = basis_ * inverse * score * inverse * basis_.transpose() / (curvature * curvature);
     const double unit[7] = {1 / length, 1 / length, 1 / length, 1, 1, 1, 1 / length};
     for (int i = 0; i < 7; ++i)
       for (int j = 0; j < 7; ++j)
