@@ -5,167 +5,17 @@
 #include <limits>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/prefetch.hpp"
-#include "isopach/geom/predicates.hpp"
-#include "isopach/overlay/localise.hpp"
+#include "isopach/match/patch.hpp"
 
 namespace isopach {
 
 namespace {
 
-constexpr double huber_bound = 1.345, tukey_bound = 4.685;
-constexpr double patch_bound = 4;           // scales of the patches' means
-constexpr double median_to_sigma = 1.4826;  // of a normal distribution
+constexpr double patch_bound = 4;             // scales of the patches' means
+constexpr double median_to_sigma = 1.4826;    // of a normal distribution
+constexpr std::size_t patches_of_a_cell = 4;  // of the score
 constexpr std::size_t block = 4096;
 static_assert(block % Residuals::largest_patch == 0);
-
-/// Loss and weight (its derivative over n).
-struct Valued {
-  double loss, weight;
-};
-Valued value(const Loss& loss, double n) {
-  if (loss.kind == Loss::Kind::huber) {
-    const double k = huber_bound * loss.scale, a = std::fabs(n);
-    if (a <= k) return {0.5 * n * n, 1};
-    return {k * (a - 0.5 * k), k / a};
-  }
-  const double c = tukey_bound * loss.scale, most = c * c / 6, u2 = n * n / (c * c), v = 1 - u2;
-  if (v <= 0) return {most, 0};
-  return {most * (1 - v * v * v), v * v};
-}
-
-/// Nodes of one side as the other surface sees them, and back; the derivatives of residuals there.
-struct View {
-  View(const ResidualSide& side, const Motion& motion, const Point3& middle, double length)
-      : centre(middle), inverse_length(1 / length), turn(motion.rotation) {
-    const auto& r = motion.rotation;
-    const double s = motion.scale, w = 1 / motion.scale;
-    const Point3& t = motion.shift;
-    if (side.moving_nodes) {
-      m = {s * r[0], s * r[1], s * r[2], t.x, s * r[3], s * r[4], s * r[5], t.y, s * r[6], s * r[7], s * r[8], t.z};
-    } else {
-      const Point3 back = motion.undo({0, 0, 0});
-      m = {w * r[0], w * r[3], w * r[6], back.x,   w * r[1], w * r[4],
-           w * r[7], back.y,   w * r[2], w * r[5], w * r[8], back.z};
-      size = s;
-    }
-  }
-  [[nodiscard]] Point3 there(const Point3& p) const {
-    return {m[0] * p.x + m[1] * p.y + m[2] * p.z + m[3], m[4] * p.x + m[5] * p.y + m[6] * p.z + m[7],
-            m[8] * p.x + m[9] * p.y + m[10] * p.z + m[11]};
-  }
-  [[nodiscard]] Point3 arm(const Point3& place) const {
-    return {(place.x - centre.x) * inverse_length, (place.y - centre.y) * inverse_length,
-            (place.z - centre.z) * inverse_length};
-  }
-  /// By the scaled parameters, of the residual n of a node at `own`, `there` in the other surface's coordinates, over a
-  /// facet with this normal.
-  template <bool moving_nodes>
-  [[nodiscard]] Vector7 derivative(const Point3& own, const Point3& there, const Point3& normal, double n) const {
-    if constexpr (moving_nodes) {
-      const Point3 a = arm(there);
-      return along(a, normal, 1);
-    } else {  // the surface moves under the node; what grows is the surface
-      const auto& r = turn;
-      const Point3 turned{r[0] * normal.x + r[1] * normal.y + r[2] * normal.z,
-                          r[3] * normal.x + r[4] * normal.y + r[5] * normal.z,
-                          r[6] * normal.x + r[7] * normal.y + r[8] * normal.z};
-      Vector7 j = along(arm(own), turned, -1);
-      j[6] += n * inverse_length;
-      return j;
-    }
-  }
-
-  Point3 centre;
-  double inverse_length, size = 1;  // size: of lengths in the fixed scan over those in the surface's own
-  std::array<double, 9> turn;
-  std::array<double, 12> m;
-
- private:
-  static Vector7 along(const Point3& arm, const Point3& normal, double sign) {
-    return {sign * (arm.y * normal.z - arm.z * normal.y),
-            sign * (arm.z * normal.x - arm.x * normal.z),
-            sign * (arm.x * normal.y - arm.y * normal.x),
-            sign * normal.x,
-            sign * normal.y,
-            sign * normal.z,
-            sign * (arm.x * normal.x + arm.y * normal.y + arm.z * normal.z)};
-  }
-};
-
-/// Where the node is: the triangle from which it was not seen to be outside goes first, without a call.
-bool locate_again(const MatchSurface& target, const Point2& q, Index& hint, std::uint64_t& visited) {
-  if (!target.t.is_ghost(hint)) {
-    const auto& v = target.t.triangles[hint].v;
-    const Point2 &a = target.xy[v[0]], &b = target.xy[v[1]], &c = target.xy[v[2]];
-    if (orientation_filtered(a, b, q) == 1 && orientation_filtered(b, c, q) == 1 &&
-        orientation_filtered(c, a, q) == 1) {
-      ++visited;
-      return target.facets[hint].cosine > 0;
-    }
-  }
-  const Location found = locate(q, target.t, target.xy, hint, visited);
-  return found.kind != Location::Kind::outside && found.kind != Location::Kind::none && !target.t.is_ghost(hint) &&
-         target.facets[hint].cosine > 0;
-}
-
-// Triangles lie in memory nearly as the nodes that are looked up in them: nearly.
-constexpr std::size_t ahead = 12;
-void prefetch_facet(const MatchSurface& target, Index triangle) {
-  if (triangle >= target.t.real) return;
-  prefetch(&target.t.triangles[triangle]);
-  prefetch(&target.facets[triangle]);
-}
-
-/// Vertical distance of a point above a facet.
-double above(const MatchSurface& s, Index triangle, const Point3& p) {
-  const Facet& f = s.facets[triangle];
-  const Index corner = s.t.triangles[triangle].v[0];
-  return p.z - (s.z[corner] + f.gx * (p.x - s.xy[corner].x) + f.gy * (p.y - s.xy[corner].y));
-}
-
-Point3 normal_of(double gx, double gy, double cosine) { return {-gx * cosine, -gy * cosine, cosine}; }
-
-/// The rows of one patch: derivatives and, as the last column, residuals. Their sums of products are made column by
-/// column, two rows at a time, so that the compiler can keep them in vector registers.
-class Rows {
- public:
-  void add(const Vector7& j, double n, double weight) {
-    for (std::size_t k = 0; k < parameters; ++k) column_[k][count_] = j[k];
-    column_[parameters][count_] = n;
-    weight_[count_++] = weight;
-  }
-  /// Adds them to `sums` and forgets them.
-  void flush(ResidualSums& sums) {
-    if (count_ == 0) return;
-    if (count_ % 2 != 0) add({}, 0, 0);
-    double* out = sums.h.m.data();
-    flush_row<0>(out, sums), flush_row<1>(out, sums), flush_row<2>(out, sums), flush_row<3>(out, sums);
-    flush_row<4>(out, sums), flush_row<5>(out, sums), flush_row<6>(out, sums);
-    count_ = 0;
-  }
-
- private:
-  static constexpr std::size_t most = Residuals::largest_patch;
-  static_assert(most % 2 == 0);
-
-  template <std::size_t row>
-  void flush_row(double*& out, ResidualSums& sums) const {
-    constexpr std::size_t columns = parameters + 1 - row;
-    double sum[columns][2] = {};
-    for (std::size_t i = 0; i < count_; i += 2) {
-      const double x[2] = {weight_[i] * column_[row][i], weight_[i + 1] * column_[row][i + 1]};
-      for (std::size_t c = 0; c < columns; ++c)
-        for (std::size_t l = 0; l < 2; ++l) sum[c][l] += x[l] * column_[row + c][i + l];
-    }
-    for (std::size_t c = 0; c + 1 < columns; ++c) *out++ += sum[c][0] + sum[c][1];
-    sums.b[row] -= sum[columns - 1][0] + sum[columns - 1][1];
-  }
-
-  alignas(16) double column_[parameters + 1][most];
-  alignas(16) double weight_[most];
-  std::size_t count_ = 0;
-};
 
 void add_to(ResidualSums& total, const ResidualSums& part) {
   total.h.add(part.h);
@@ -177,61 +27,40 @@ void add_to(ResidualSums& total, const ResidualSums& part) {
   total.volume += part.volume;
   total.within += part.within;
   total.squares += part.squares;
+  total.curvature += part.curvature;
+  total.bend += part.bend;
+  total.nodes += part.nodes;
   total.visited += part.visited;
 }
 
 template <bool moving_nodes>
 ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
-                            std::size_t begin, std::size_t end) {
-  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+                            std::size_t stride, std::size_t begin, std::size_t end) {
   ResidualSums sums;
-  Rows rows;
+  PatchRows rows;
   Index last = 0;
   for (std::size_t first = begin; first < end; first += patch) {
-    const double trust = side.trust[first / patch];
-    for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
-      side.n[i] = std::numeric_limits<double>::quiet_NaN();
-      const double area = nodes.weight[i];
-      if (!(area > 0)) continue;
-      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
-      Index& at = side.hint[i];
-      if (at == no_index) at = last;
-      if (i + ahead < end) prefetch_facet(target, side.hint[i + ahead]);
-      const bool over = locate_again(target, {there.x, there.y}, at, sums.visited);
-      last = at;
-      if (!over) continue;
-      const Facet& facet = target.facets[at];
-      const double vertical = above(target, at, there) * view.size, n = vertical * facet.cosine;
-      side.n[i] = n;
-      const Valued v = value(loss, n);
-      const double counted = area * facet.weight, trusted = counted * trust, weight = trusted * v.weight;
-      sums.area += counted;
-      sums.trusted += trusted;
-      sums.loss += trusted * v.loss;
-      if (weight == 0) continue;
-      sums.within += trusted;
-      sums.fitted += weight;
-      sums.volume += trusted * std::fabs(vertical);
-      sums.squares += weight * vertical * vertical;
-      const Point3 normal = normal_of(facet.smooth_gx, facet.smooth_gy, facet.cosine);
-      rows.add(view.derivative<moving_nodes>(own, there, normal, n), n, weight);
-    }
-    rows.flush(sums);
+    if (first / patch % stride != 0) continue;
+    rows.gather<moving_nodes>(side, view, first, std::min(end, first + patch), last, sums.visited);
+    rows.weigh(side, loss, first / patch, sums);
+    rows.add_equations<moving_nodes>(view, sums);
   }
   return sums;
 }
 
 ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Loss& loss, const Point3& centre,
-                           double length, std::size_t patch) {
+                           double length, std::size_t patch, std::size_t stride) {
   const View view(side, motion, centre, length);
   return reduce_blocks<ResidualSums>(
       side.nodes->xy.size(), block,
       [&](std::size_t begin, std::size_t end) {
-        return side.moving_nodes ? evaluate_block<true>(side, view, loss, patch, begin, end)
-                                 : evaluate_block<false>(side, view, loss, patch, begin, end);
+        return side.moving_nodes ? evaluate_block<true>(side, view, loss, patch, stride, begin, end)
+                                 : evaluate_block<false>(side, view, loss, patch, stride, begin, end);
       },
       add_to);
 }
+
+Point3 normal_of(double gx, double gy, double cosine) { return {-gx * cosine, -gy * cosine, cosine}; }
 
 // What noise of the heights adds to the information through the smoothed slope of a facet: n depends on the slope g
 // through J = d(−g, 1)·motion, so that only its x and y parts carry noise. The mean of three slopes has at most the
@@ -249,30 +78,50 @@ void add_slope_noise(const MatchSurface& s, const Array<SlopeNoise>& slopes, Ind
   noise.add(both_ways, weight * xy);
 }
 
+/// What each node of a side with a weight brings along: f(node, place there, facet, weight).
+template <class F>
+void for_fitted(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch, std::size_t begin,
+                std::size_t end, const F& f) {
+  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  for (std::size_t i = begin; i < end; ++i) {
+    if (std::isnan(side.n[i])) continue;
+    const double weight =
+        nodes.weight[i] * facet_weight(target, side.hint[i]) * side.trust[i / patch] * weight_of(loss, side.n[i]);
+    if (!(weight > 0)) continue;
+    const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]};
+    f(i, own, view.there(own), target.facets[side.hint[i]], weight);
+  }
+}
+
 template <bool moving_nodes>
 Information information_of(const ResidualSide& side, const View& view, const Loss& loss, double noise,
                            const Array<SlopeNoise>& slopes, std::size_t patch, std::size_t begin, std::size_t end) {
-  const MatchSurface &nodes = *side.nodes, &target = *side.target;
   Information sum;
-  for (std::size_t first = begin; first < end; first += patch) {
-    Vector7 score{};
-    for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
-      if (std::isnan(side.n[i])) continue;
-      const Facet& f = target.facets[side.hint[i]];
-      const double weight = nodes.weight[i] * f.weight * side.trust[first / patch] * value(loss, side.n[i]).weight;
-      if (!(weight > 0)) continue;
-      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]}, there = view.there(own);
-      const Vector7 j =
-          view.derivative<moving_nodes>(own, there, normal_of(f.smooth_gx, f.smooth_gy, f.cosine), side.n[i]);
-      sum.h.add(j, weight);
-      if (noise > 0)
-        add_slope_noise(target, slopes, side.hint[i], view.arm(moving_nodes ? there : own),
-                        weight * noise * noise * f.cosine * f.cosine, sum.noise);
-      for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
-    }
-    sum.score.add(score, 1);
-  }
+  for_fitted(side, view, loss, patch, begin, end,
+             [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
+               const double gx = f.smooth_gx, gy = f.smooth_gy, cosine = 1 / std::sqrt(1 + gx * gx + gy * gy);
+               sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(gx, gy, cosine), side.n[i]), weight);
+               add_slope_noise(*side.target, slopes, side.hint[i], view.arm(moving_nodes ? there : own),
+                               weight * noise * noise * cosine * cosine, sum.noise);
+             });
   return sum;
+}
+
+/// Σ w Jᵀn by cell: `cell` nodes in a row of the moving scan, or over facets with such a first corner.
+template <bool moving_nodes>
+std::vector<Vector7> scores_of(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
+                               std::size_t cell) {
+  const std::size_t moving = moving_nodes ? side.nodes->xy.size() : side.target->xy.size();
+  std::vector<Vector7> scores((moving + cell - 1) / cell, Vector7{});
+  for_fitted(side, view, loss, patch, 0, side.n.size(),
+             [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
+               const Index at = side.hint[i];
+               const Point3 normal = normal_of(f.smooth_gx, f.smooth_gy, side.factors()[at]);
+               const Vector7 j = view.derivative<moving_nodes>(own, there, normal, side.n[i]);
+               Vector7& score = scores[(moving_nodes ? i : side.target->t.triangles[at].v[0]) / cell];
+               for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
+             });
+  return scores;
 }
 
 }  // namespace
@@ -282,13 +131,15 @@ Residuals::Residuals(const MatchSurface& moving, const MatchSurface& fixed, cons
   const std::size_t fewest = std::min(moving.xy.size(), fixed.xy.size());
   patch_ = largest_patch;
   while (patch_ > 1 && fewest / patch_ < 64) patch_ /= 2;
-  sides_[0] = {&moving, &fixed, true, {}, {}, {}};
-  sides_[1] = {&fixed, &moving, false, {}, {}, {}};
+  sides_[0].nodes = sides_[1].target = &moving;
+  sides_[1].nodes = sides_[0].target = &fixed;
+  sides_[1].moving_nodes = false;
   for (ResidualSide& side : sides_) {
     const std::size_t n = side.nodes->xy.size();
     side.hint.assign(n, no_index);
     side.n.assign(n, std::numeric_limits<double>::quiet_NaN());
     side.trust.assign((n + patch_ - 1) / patch_, 1.0);
+    side.bend.assign(side.trust.size(), 0.0);
   }
 }
 
@@ -300,29 +151,77 @@ ResidualSums Residuals::evaluate(const Motion& motion, const Loss& loss, const C
   context.check();
   ResidualSums parts[2];
   if (sides_[0].target->t.real == 0 || sides_[1].target->t.real == 0) return parts[0];
-  both([&] { parts[0] = evaluate_side(sides_[0], motion, loss, centre_, length_, patch_); },
-       [&] { parts[1] = evaluate_side(sides_[1], motion, loss, centre_, length_, patch_); });
+  both([&] { parts[0] = evaluate_side(sides_[0], motion, loss, centre_, length_, patch_, stride_); },
+       [&] { parts[1] = evaluate_side(sides_[1], motion, loss, centre_, length_, patch_, stride_); });
   add_to(parts[0], parts[1]);
   return parts[0];
 }
 
-double Residuals::spread() const {
+void Residuals::sample(std::size_t stride) {
+  stride_ = stride;
+  for (ResidualSide& side : sides_) std::fill(side.n.begin(), side.n.end(), std::numeric_limits<double>::quiet_NaN());
+}
+
+template <class Visit>
+void Residuals::sizes_of(const Visit& visit) const {
   constexpr std::size_t enough = 50000;  // of each side: the median of these is good to half a per cent
-  std::vector<double> sizes;
-  for (const ResidualSide& side : sides_) {
-    const std::size_t stride = 1 + side.n.size() / enough;
-    for (std::size_t i = 0; i < side.n.size(); i += stride)
-      if (!std::isnan(side.n[i]) && side.trust[i / patch_] > 0) sizes.push_back(std::fabs(side.n[i]));
+  for (std::size_t s = 0; s < 2; ++s) {
+    const ResidualSide& side = sides_[s];
+    const std::size_t stride = 1 + side.n.size() / stride_ / enough;
+    std::size_t seen = 0;
+    for (std::size_t i = 0; i < side.n.size(); ++i)
+      if (!std::isnan(side.n[i]) && side.trust[i / patch_] > 0 && seen++ % stride == 0)
+        visit(s, i, std::fabs(side.n[i]));
   }
-  if (sizes.empty()) return 0;
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  return median_to_sigma * *middle;
+}
+
+namespace {
+
+double median(std::vector<double>& values) {
+  if (values.empty()) return 0;
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+}  // namespace
+
+double Residuals::spread() const {
+  std::vector<double> sizes;
+  sizes_of([&](std::size_t, std::size_t, double size) { sizes.push_back(size); });
+  return median_to_sigma * median(sizes);
+}
+
+void Residuals::even_out() {
+  constexpr std::size_t classes = 16, fewest = 400;
+  const auto class_of = [](float cosine) {
+    return std::min(classes - 1, static_cast<std::size_t>(cosine * static_cast<float>(classes)));
+  };
+  std::array<std::vector<double>, classes> sizes;
+  std::vector<double> all;
+  sizes_of([&](std::size_t s, std::size_t i, double size) {
+    sizes[class_of(sides_[s].target->cosine[sides_[s].hint[i]])].push_back(size);
+    all.push_back(size);
+  });
+  const double typical = median(all);
+  if (!(typical > 0)) return;
+  std::array<float, classes> shrink;
+  float last = 1;  // steep classes are small: those with too few nodes take after the next flatter one
+  for (std::size_t k = classes; k-- > 0;) {
+    constexpr double most = 8;
+    if (sizes[k].size() >= fewest) last = static_cast<float>(std::clamp(typical / median(sizes[k]), 1 / most, most));
+    shrink[k] = last;
+  }
+  for (ResidualSide& side : sides_) {
+    const Array<float>& cosine = side.target->cosine;
+    side.factor.resize(cosine.size());
+    for_each_index(cosine.size(), [&](std::size_t f) { side.factor[f] = cosine[f] * shrink[class_of(cosine[f])]; });
+  }
 }
 
 bool Residuals::fitted(std::size_t i, const Loss& loss) const {
   const double n = sides_[0].n[i];
-  return !std::isnan(n) && sides_[0].trust[i / patch_] * value(loss, n).weight > 0;
+  return !std::isnan(n) && sides_[0].trust[i / patch_] * weight_of(loss, n) > 0;
 }
 
 std::vector<Residuals::PatchMean> Residuals::patch_means() const {
@@ -349,7 +248,10 @@ std::vector<Residuals::PatchMean> Residuals::patch_means() const {
 }
 
 void Residuals::trust_all() {
-  for (ResidualSide& side : sides_) std::fill(side.trust.begin(), side.trust.end(), 1.0);
+  for (ResidualSide& side : sides_) {
+    std::fill(side.trust.begin(), side.trust.end(), 1.0);
+    std::fill(side.bend.begin(), side.bend.end(), 0.0);
+  }
 }
 
 void Residuals::trust_by_mean() {
@@ -363,6 +265,7 @@ void Residuals::trust_by_mean() {
   for (const PatchMean& m : means) {
     const double u = bound > 0 ? m.mean / bound : (m.mean == 0 ? 0 : 1), v = 1 - u * u;
     sides_[m.side].trust[m.patch] = v > 0 ? v * v : 0;
+    sides_[m.side].bend[m.patch] = v > 0 ? -4 * u * u * v : 0;
   }
 }
 
@@ -376,6 +279,7 @@ void Residuals::trust_share(double share) {
   });
   for (const PatchMean& m : means) {
     sides_[m.side].trust[m.patch] = used < share * all ? 1 : 0;
+    sides_[m.side].bend[m.patch] = 0;
     used += m.area;
   }
 }
@@ -385,7 +289,6 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
   Information total;
   const auto add = [](Information& sum, const Information& part) {
     sum.h.add(part.h);
-    sum.score.add(part.score);
     sum.noise.add(part.noise);
   };
   for (const ResidualSide& side : sides_) {
@@ -401,6 +304,20 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
                    add));
   }
   return total;
+}
+
+Symmetric7 Residuals::score(const Motion& motion, const Loss& loss, const Context& context) const {
+  context.check();
+  const std::size_t cell = patches_of_a_cell * patch_;
+  std::vector<Vector7> a, b;
+  both([&] { a = scores_of<true>(sides_[0], View(sides_[0], motion, centre_, length_), loss, patch_, cell); },
+       [&] { b = scores_of<false>(sides_[1], View(sides_[1], motion, centre_, length_), loss, patch_, cell); });
+  Symmetric7 sum;
+  for (std::size_t c = 0; c < a.size(); ++c) {
+    for (std::size_t k = 0; k < parameters; ++k) a[c][k] += b[c][k];
+    sum.add(a[c], 1);
+  }
+  return sum;
 }
 
 }  // namespace isopach

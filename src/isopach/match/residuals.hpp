@@ -52,6 +52,10 @@ struct ResidualSide {
   Array<Index> hint;    ///< by node: triangle or ghost where it was last
   Array<double> n;      ///< by node: residual, NaN where the target has no surface
   Array<double> trust;  ///< by patch of `patch` nodes in a row: weight from 0 to 1
+  Array<double> bend;   ///< by patch: its mean times the derivative of its trust over that mean
+  Array<float> factor;  ///< by facet of target: what a vertical distance is multiplied with; empty: its cosine
+
+  [[nodiscard]] const float* factors() const { return factor.empty() ? target->cosine.data() : factor.data(); }
 };
 
 struct ResidualSums {
@@ -64,13 +68,15 @@ struct ResidualSums {
   double volume = 0;          ///< Σ area · trust · (loss weight > 0) · |vertical distance|
   double within = 0;          ///< its Σ area · trust
   double squares = 0;         ///< Σ area · trust · (loss weight) · (vertical distance)²
+  double curvature = 0;       ///< Σ area · trust · (second derivative of the loss)
+  double bend = 0;            ///< Σ area · bend · (loss weight): what trust adds to it, if it follows the motion
+  std::uint64_t nodes = 0;    ///< with a residual
   std::uint64_t visited = 0;  ///< triangles
 };
 
 /// What the final state knows of its parameters, in the scaled parameters.
 struct Information {
   Symmetric7 h;      ///< Σ w JᵀJ
-  Symmetric7 score;  ///< Σ over patches of (Σ w Jᵀn)(Σ w Jᵀn)ᵀ: residuals of a patch may be correlated
   Symmetric7 noise;  ///< what noise of the heights alone would add to h, through the slopes of facets
 };
 
@@ -80,12 +86,19 @@ class Residuals {
 
   Residuals(const MatchSurface& moving, const MatchSurface& fixed, const Point3& centre, double length);
 
+  /// From now on only every `stride`-th patch takes part: a sample of the nodes, against all facets.
+  void sample(std::size_t stride);
+
   /// All residuals at `motion`, their sums with the weights of `loss` and of the patches' trust.
   /// Cost O(nodes); the same bits for any number of threads.
   [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, const Context& context);
 
   /// Standard deviation of the residuals of the last evaluation, from their median absolute value.
   [[nodiscard]] double spread() const;
+  /// Noise depends on the slope: along the normal that of a raster's heights is less where it is steep, that of a
+  /// scanner may be more. From now on residuals are divided by the spread of their like (classes of the cosine) over
+  /// that of all, as the last evaluation has them: each counts by what it knows.
+  void even_out();
   /// Trust of all patches: 1.
   void trust_all();
   /// Bounded by the spread of the patches' means: what is different over a patch is a change and not noise, be it less
@@ -94,10 +107,15 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  /// At the motion of the last evaluation, by smoothed slopes. `noise`: standard deviation of the heights; 0: the
-  /// result's `noise` is not asked for.
+  /// At the motion of the last evaluation: h by smoothed slopes, and what heights with the standard deviation `noise`
+  /// add to it.
   [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise,
                                         const Context& context) const;
+  /// At the motion of the last evaluation: Σ s sᵀ over cells of some hundred nodes in a row of the moving scan, with s
+  /// = Σ w Jᵀn over the nodes of the cell and those of the fixed scan that lie over its facets: the two directions
+  /// share their noise, and residuals of a cell may be correlated in any way. Test:
+  /// MatchQuality.CovarianceTellsTheErrors.
+  [[nodiscard]] Symmetric7 score(const Motion& motion, const Loss& loss, const Context& context) const;
 
   /// A twist of the scaled parameters: all lengths.
   [[nodiscard]] Twist twist(const Vector7& step) const;
@@ -112,11 +130,14 @@ class Residuals {
     std::size_t side = 0, patch = 0;
   };
   [[nodiscard]] std::vector<PatchMean> patch_means() const;
+  /// Sizes of the residuals of trusted patches, of at most so many nodes of each side: (node's facet, |n|).
+  template <class Visit>
+  void sizes_of(const Visit& visit) const;
 
   std::array<ResidualSide, 2> sides_;
   Point3 centre_;
   double length_;
-  std::size_t patch_;
+  std::size_t patch_, stride_ = 1;
 };
 
 }  // namespace isopach

@@ -18,10 +18,14 @@ using Vector = Eigen::Matrix<double, 7, 1>;
 
 constexpr std::size_t coarsest_nodes = 600;  // of the smoothest level
 constexpr std::size_t level_factor = 8;
-constexpr double unobserved_ratio = 3;      // information below this many times what noise alone gives is none
-constexpr double unobserved = 1e-9;         // … and below this share of the largest
-constexpr double weak = 1e-3;               // information below this share of the largest is named
-constexpr double least_overlap_kept = 0.5;  // of the common area: a step may not shrink it further
+constexpr double unobserved_ratio = 3;        // information below this many times what noise alone gives is none
+constexpr double unobserved = 1e-9;           // … and below this share of the largest
+constexpr double weak = 1e-3;                 // information below this share of the largest is named
+constexpr double negligible = 0.02;           // step over standard deviation: an accepted one that ends the search
+constexpr double least_curvature = 0.4;       // of the loss over its weights, as a step takes it
+constexpr std::size_t sample_stride = 8;      // before all nodes of the scans themselves every eighth patch
+constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
+constexpr double least_overlap_kept = 0.5;    // of the common area: a step may not shrink it further
 
 Matrix matrix(const Symmetric7& s) {
   Matrix m;
@@ -68,10 +72,14 @@ class Solver {
       : r_(residuals), basis_(basis), context_(context) {}
 
   Loss loss{Loss::Kind::huber, std::numeric_limits<double>::max()};
+  double rejected_within = 0;   // a step of less standard deviations that does not lower the loss ends the descent
+  bool stops_at_noise = false;  // … and so does an accepted one that is nothing beside the noise
+  bool trust_follows = false;   // after each step come new weights of the patches
   State at;
   int evaluations = 0, accepted = 0;
   std::vector<MatchStep>* history = nullptr;
-  std::string stuck;  // why the last descend ended without small steps
+  std::string stuck;          // why the last descend ended without small steps
+  bool within_noise = false;  // it ended with a step that is nothing beside the noise
 
   void start(const Motion& motion) {
     at = {motion, r_.evaluate(motion, loss, context_)};
@@ -84,25 +92,29 @@ class Solver {
     if (!is_fresh_) start(at.motion);
   }
 
-  /// With fixed weights of patches and scale, at most `most` steps. The length of the last accepted step; 0 where none
-  /// lowers the loss.
+  /// With fixed weights of patches and scale, at most `most` steps. The length of the last step; 0 where none lowers
+  /// the loss.
   double descend(int most, double tolerance) {
     double damping = 0, last = 0;
-    stuck.clear();
+    stuck.clear(), within_noise = false;
     for (int i = 0; i < most; ++i) {
       bool done = false;
       for (;;) {
         const Vector step = newton_step(damping);
-        const double length = step.norm();
+        const double length = step.norm(), deviations = in_deviations(step);
         if (!(length > 0) || !std::isfinite(length)) return last;
         if (try_step(step)) {
           last = length;
           damping = damping > 1e-3 ? damping / 10 : 0;
-          done = length < tolerance;
+          within_noise = stops_at_noise && deviations < negligible;
+          done = length < tolerance || within_noise;
           break;
         }
         if (length < tolerance) return length;  // as near as the rounding of the sums lets it
-        damping = std::max(1e-3, damping * 10);
+        // The loss of facets with noise is rough: that the step does not lower it says no more than that it is short.
+        within_noise = deviations < rejected_within;
+        if (within_noise) return length;
+        damping = std::max(1e-3, damping * 30);
         if (damping > 1e6) {
           stuck = "no step lowers the measure";
           return 0;
@@ -111,6 +123,13 @@ class Solver {
       if (done) return last;
     }
     return last;
+  }
+
+  /// Of the loss over its weights: the size of Gauss-Newton's matrix over that of Newton's, with normal noise.
+  [[nodiscard]] double curvature(bool with_trust) const {
+    const ResidualSums& s = at.sums;
+    if (!(s.fitted > 0)) return 1;
+    return std::clamp((s.curvature + (with_trust ? s.bend : 0)) / s.fitted, least_curvature, 1.0);
   }
 
   void note() {
@@ -136,10 +155,21 @@ class Solver {
     return true;
   }
 
+  // The step over the standard deviation that the noise of the nodes gives it: of the order of 1 from one pair of scans
+  // to another.
+  [[nodiscard]] double in_deviations(const Vector& step) const {
+    const ResidualSums& s = at.sums;
+    if (!(loss.scale > 0) || s.nodes == 0) return std::numeric_limits<double>::infinity();
+    const double information = step.dot(matrix(s.h) * step) * static_cast<double>(s.nodes) / s.area;
+    return std::sqrt(std::max(0.0, information)) / loss.scale;
+  }
+
+  // Undamped, h is divided by how much of it is curvature of the loss: with normal noise the step is then Newton's own.
   [[nodiscard]] Vector newton_step(double damping) const {
     if (basis_.cols() == 0) return Vector::Zero();
     Eigen::MatrixXd h = basis_.transpose() * matrix(at.sums.h) * basis_;
     const Eigen::VectorXd b = basis_.transpose() * vector(at.sums.b);
+    if (damping == 0 && loss.kind == Loss::Kind::tukey) h *= curvature(trust_follows);
     h.diagonal() += (damping + 1e-14) * h.trace() * Eigen::VectorXd::Ones(h.rows());
     return basis_ * h.ldlt().solve(b);
   }
@@ -268,6 +298,7 @@ class Search {
         options_(options),
         axes_(axes),
         context_(context),
+        fixed_nodes_(fixed.xy.size()),
         extent_(std::max(extent_of(fixed), extent_of(moving))),
         centre_(centre_of(moving)),
         levels_(moving, fixed, options.compare.border == BorderRule::trim, context),
@@ -292,6 +323,8 @@ class Search {
   /// Of scales: identical scans have no residuals.
   [[nodiscard]] double floor() const { return 1e-12 * extent_; }
 
+  [[nodiscard]] bool is_sampled() const { return std::min(moving_.xy.size(), fixed_nodes_) >= sampled_nodes; }
+
   // Scale of the loss and trust in the patches from the residuals; `bounded`: what differs more than noise is left out.
   void reweigh(Residuals& residuals, Solver& s, bool bounded) const {
     s.loss = {bounded ? Loss::Kind::tukey : Loss::Kind::huber, std::max(floor(), residuals.spread())};
@@ -308,8 +341,12 @@ class Search {
   // Rounds of weights and steps until a step is less than `until`.
   void settle(Residuals& residuals, Solver& s, bool bounded, int rounds, int steps, double until) const {
     for (int i = 0; i < rounds && s.evaluations < options_.max_iterations * 4; ++i) {
+      s.refresh();
       reweigh(residuals, s, bounded);
-      if (s.descend(steps, until) < until) return;
+      s.trust_follows = steps == 1;
+      const double last = s.descend(steps, until);
+      s.trust_follows = false;
+      if (last < until) return;
     }
   }
 
@@ -319,6 +356,7 @@ class Search {
     for (std::size_t k = 0; k < levels_.count(); ++k) {
       Residuals residuals(levels_.moving(k), levels_.fixed(k), centre_, extent_ / 4);
       Solver s(residuals, basis_, context_);
+      if (levels_.is_finest(k) && is_sampled()) residuals.sample(sample_stride);
       s.start(motion_);
       if (!(s.at.sums.area > 0)) {
         if (!levels_.is_finest(k)) continue;
@@ -355,30 +393,43 @@ class Search {
     doubtful_ = still;
   }
 
-  // All points: the weights settle, then one fixed objective to the end.
+  // The scans themselves: the weights settle, on a sample first, then one fixed objective to the end.
   void finish(Residuals& residuals, Solver& s) {
-    const double tolerance = (options_.tolerance > 0 ? options_.tolerance : default_match_tolerance) * extent_;
-    settle(residuals, s, !everything(), 6, 1, 1e-5 * extent_);
+    const bool by_default = options_.tolerance == 0;
+    const double tolerance = (by_default ? default_match_tolerance : options_.tolerance) * extent_;
+    const bool bounded = !everything();
+    settle(residuals, s, bounded, 6, 1, 1e-5 * extent_);
+    residuals.even_out();
+    settle(residuals, s, bounded, 2, 1, 1e-5 * extent_);
+    if (is_sampled()) {
+      residuals.sample(1);
+      s.start(s.at.motion);
+      settle(residuals, s, bounded, 1, 1, 1e-5 * extent_);
+    }
     doubt(residuals, levels_.moving(levels_.count() - 1), levels_.fixed(levels_.count() - 1), s);
-    reweigh(residuals, s, !everything());
+    reweigh(residuals, s, bounded);
+    s.rejected_within = by_default ? (is_sampled() ? 0.25 : 0.05) : 0;
     s.history = &result_.history;
+    s.stops_at_noise = by_default;
     s.note();
     const int before = s.accepted;
     const double last = s.descend(options_.max_iterations, tolerance);
-    result_.converged = last < tolerance || !s.stuck.empty();
-    result_.reason = !s.stuck.empty() ? s.stuck
-                     : result_.converged
-                         ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent_)
-                         : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
+    result_.converged = last < tolerance || s.within_noise || !s.stuck.empty();
+    result_.reason =
+        !s.stuck.empty() ? s.stuck
+        : s.within_noise
+            ? fmt::format("the last step, {:.1e} of the extent, is nothing beside the noise", last / extent_)
+        : result_.converged ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent_)
+                            : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
     s.refresh();
     result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
-    judge(residuals.information(s.at.motion, s.loss, 0, context_), residuals.length());
+    judge({s.at.sums.h, {}}, residuals.score(s.at.motion, s.loss, context_), s.curvature(true), residuals.length());
     result_.stable.resize(moving_.xy.size());
     for (std::size_t i = 0; i < moving_.xy.size(); ++i) result_.stable[i] = residuals.fitted(i, s.loss) ? 1 : 0;
   }
 
-  // Covariance and weakly held directions.
-  void judge(const Information& info, double length) {
+  // Covariance (the bread of the sandwich is the curvature, not the weights) and weakly held directions.
+  void judge(const Information& info, const Symmetric7& scores, double curvature, double length) {
     for (int c = 0; c < frozen_.cols(); ++c)
       result_.weak_directions.push_back(words({frozen_.col(c), 0, true}, axes_) +
                                         " is not determined by the scans and was left as it was at the start");
@@ -386,10 +437,10 @@ class Search {
       result_.weak_directions.push_back(words(w, axes_) + " is weakly held: it carries " +
                                         fmt::format("{:.1g}", w.share) + " of the information of the strongest motion");
     const Eigen::MatrixXd h = basis_.transpose() * matrix(info.h) * basis_;
-    const Eigen::MatrixXd score = basis_.transpose() * matrix(info.score) * basis_;
+    const Eigen::MatrixXd score = basis_.transpose() * matrix(scores) * basis_;
     if (h.cols() == 0) return;
     const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.cols()));
-    const Matrix covariance = 2 * basis_ * inverse * score * inverse * basis_.transpose();
+    const Matrix covariance = basis_ * inverse * score * inverse * basis_.transpose() / (curvature * curvature);
     const double unit[7] = {1 / length, 1 / length, 1 / length, 1, 1, 1, 1 / length};
     for (int i = 0; i < 7; ++i)
       for (int j = 0; j < 7; ++j)
@@ -400,6 +451,7 @@ class Search {
   const MatchOptions& options_;
   const std::array<std::string, 3>& axes_;
   const Context& context_;
+  std::size_t fixed_nodes_;
   double extent_;
   Point3 centre_;
   Levels levels_;

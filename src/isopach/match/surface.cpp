@@ -32,8 +32,8 @@ struct Slope {
   double x = 0, y = 0, area = 0;
 };
 
-// The slopes of the facets; cosine 1 where there is a surface.
-void facet_slopes(MatchSurface& s) {
+// The facets, all but their smoothed slopes.
+void make_facets(MatchSurface& s) {
   s.facets.resize(s.t.real);
   for_each_index(s.t.real, [&](std::size_t i) {
     Facet& f = s.facets[i] = {};
@@ -44,9 +44,11 @@ void facet_slopes(MatchSurface& s) {
     const double twice = bx * cy - by * cx;
     if (!(twice > thin * (bx * bx + by * by + cx * cx + cy * cy))) return;
     const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
+    f.x = a.x, f.y = a.y, f.z = s.z[v[0]];
     f.gx = (zb * cy - zc * by) / twice;
     f.gy = (zc * bx - zb * cx) / twice;
-    f.cosine = 1;
+    f.bx = static_cast<float>(cy / twice), f.by = static_cast<float>(-cx / twice);
+    f.cx = static_cast<float>(-by / twice), f.cy = static_cast<float>(bx / twice);
   });
 }
 
@@ -56,7 +58,7 @@ Array<Slope> node_slopes(const MatchSurface& s) {
   std::fill(slopes.begin(), slopes.end(), Slope{});
   for (Index i = 0; i < s.t.real; ++i) {
     const Facet& f = s.facets[i];
-    if (f.cosine == 0) continue;
+    if (!f.exists()) continue;
     const auto& v = s.t.triangles[i].v;
     const double area = triangle_area(s.xy[v[0]], s.xy[v[1]], s.xy[v[2]]);
     for (const Index node : v) slopes[node].x += area * f.gx, slopes[node].y += area * f.gy, slopes[node].area += area;
@@ -69,21 +71,23 @@ Array<Slope> node_slopes(const MatchSurface& s) {
 
 void smooth_slopes(MatchSurface& s) {
   const Array<Slope> slopes = node_slopes(s);
+  s.cosine.resize(s.t.real);
   for_each_index(s.t.real, [&](std::size_t i) {
     Facet& f = s.facets[i];
-    if (f.cosine == 0) return;
+    s.cosine[i] = 1;
+    if (!f.exists()) return;
     const auto& v = s.t.triangles[i].v;
     const double x = (slopes[v[0]].x + slopes[v[1]].x + slopes[v[2]].x) / 3,
                  y = (slopes[v[0]].y + slopes[v[1]].y + slopes[v[2]].y) / 3;
     f.smooth_gx = static_cast<float>(x), f.smooth_gy = static_cast<float>(y);
-    f.cosine =
+    s.cosine[i] =
         static_cast<float>(1 / std::sqrt(1 + (double)f.smooth_gx * f.smooth_gx + (double)f.smooth_gy * f.smooth_gy));
   });
 }
 
 void describe_facets(MatchSurface& s) {
   s.weight = node_areas(s.t, s.xy, s.footprint);
-  facet_slopes(s);
+  make_facets(s);
   smooth_slopes(s);
 }
 
@@ -114,9 +118,10 @@ MatchSurface make_surface(Array<Point2> xy, Array<double> z, Triangulation t, co
 void weigh(MatchSurface& s, Array<double> mu) {
   s.mu = std::move(mu);
   for_each_index(s.mu.size(), [&](std::size_t i) { s.weight[i] *= s.mu[i]; });
+  s.facet_weight.resize(s.t.real);
   for_each_index(s.t.real, [&](std::size_t i) {
     const auto& v = s.t.triangles[i].v;
-    s.facets[i].weight = static_cast<float>((s.mu[v[0]] + s.mu[v[1]] + s.mu[v[2]]) / 3);
+    s.facet_weight[i] = static_cast<float>((s.mu[v[0]] + s.mu[v[1]] + s.mu[v[2]]) / 3);
   });
 }
 
@@ -136,7 +141,7 @@ Array<SlopeNoise> slope_noise(const MatchSurface& s) {
   std::fill(noise.begin(), noise.end(), SlopeNoise{});
   std::fill(twice_area.begin(), twice_area.end(), 0.0);
   std::fill(own.begin(), own.end(), Point2{0, 0});
-  const auto facet = [&](Index t) { return !s.t.is_ghost(t) && s.facets[t].cosine > 0; };
+  const auto facet = [&](Index t) { return !s.t.is_ghost(t) && s.facets[t].exists(); };
   const auto turned = [&](Index t, Index k) {  // q of corner k
     const auto& v = s.t.triangles[t].v;
     const Point2 &p = s.xy[v[next_side(k)]], &q = s.xy[v[next_side(next_side(k))]];
@@ -188,7 +193,7 @@ double roughness(const MatchSurface& s) {
   Array<Around> around(s.xy.size());
   std::fill(around.begin(), around.end(), Around{});
   for (Index i = 0; i < s.t.real; ++i) {
-    if (s.facets[i].cosine == 0) continue;
+    if (!s.facets[i].exists()) continue;
     for (const Index node : s.t.triangles[i].v)
       for (const Index corner : s.t.triangles[i].v) {
         if (corner == node) continue;

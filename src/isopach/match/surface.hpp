@@ -1,6 +1,7 @@
 // MatchSurface: a scan as the search sees it, in frame coordinates: nodes, triangulation, what its sampling supports,
 // and the area each node stands for.
 #pragma once
+#include <limits>
 
 #include "isopach/base/context.hpp"
 #include "isopach/delaunay/triangulation.hpp"
@@ -9,24 +10,29 @@
 
 namespace isopach {
 
-/// What a residual asks of a facet. Slopes of facets carry the noise of three heights over one edge: where the scan is
-/// dense that is more than the slope itself. The residual takes the facet as it is, its derivative and its normal take
-/// the slope smoothed over the neighbourhood.
-struct Facet {
-  double gx = 0, gy = 0;               ///< slope
+/// What a residual asks of a facet, in one cache line. Slopes of facets carry the noise of three heights over one edge:
+/// where the scan is dense that is more than the slope itself. The residual takes the facet as it is, its derivative
+/// and its normal take the slope smoothed over the neighbourhood.
+struct alignas(64) Facet {
+  double x = 0, y = 0;                                  ///< a corner
+  double z = std::numeric_limits<double>::quiet_NaN();  ///< its height; NaN: no surface here (not kept, or too thin)
+  double gx = 0, gy = 0;                                ///< slope
+  float bx = 0, by = 0, cx = 0, cy = 0;                 ///< gradients of the barycentric coordinates of the others
   float smooth_gx = 0, smooth_gy = 0;  ///< mean over its corners of the mean slope around each, by area
-  float weight = 1;                    ///< of the user, mean over its corners
-  float cosine = 0;                    ///< of the smoothed slope; 0: no surface here (not kept, or too thin)
+
+  [[nodiscard]] bool exists() const { return z == z; }
 };
 
 struct MatchSurface {
   Array<Point2> xy;
   Array<double> z;
   Triangulation t;
-  Footprint footprint;   ///< triangles that the sampling supports
-  Array<double> weight;  ///< by node: a third of the areas of its kept triangles; 0 where it has none
-  Array<Facet> facets;   ///< by real triangle
-  Array<double> mu;      ///< by node: weight of the user, which `weight` holds already; empty: 1
+  Footprint footprint;        ///< triangles that the sampling supports
+  Array<double> weight;       ///< by node: a third of the areas of its kept triangles; 0 where it has none
+  Array<Facet> facets;        ///< by real triangle
+  Array<float> cosine;        ///< by real triangle: of the smoothed slope
+  Array<double> mu;           ///< by node: weight of the user, which `weight` holds already; empty: 1
+  Array<float> facet_weight;  ///< by real triangle: mean of mu over its corners; empty: 1
 };
 
 /// Nodes in curve order of `box`. `trim`, `max_edge` as in overlay/border.hpp. Cost O(n log n).
