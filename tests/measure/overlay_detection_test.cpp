@@ -162,7 +162,7 @@ Cloud noisy_cloud(const Points& xy, std::uint64_t seed) {
 // Through a comparison, with a shift and with a covariance of the pose: at nodes the level of the points, at crossings
 // that of both scans' triangles.
 TEST(DetectOverOverlay, HasTheLevelOfBothScansAtEveryVertex) {
-  const Cloud a = noisy_cloud(framed_square(120, 31), 32), b = noisy_cloud(framed_square(150, 34), 35);
+  const Cloud a = noisy_cloud(framed_square(40, 31), 32), b = noisy_cloud(framed_square(55, 34), 35);
   const auto noise_of = [](const Cloud& c) {
     Points xy;
     for (const Point3& p : c.points) xy.push_back({p.x, p.y});
