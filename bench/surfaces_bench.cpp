@@ -146,7 +146,7 @@ void run(const Case& c, std::size_t n) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const std::size_t largest = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 100'000;
+  const std::size_t largest = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1'000'000;
   const std::vector<Case> cases{{"cone", ""}, {"paraboloid", ""}, {"relief", "smooth"}, {"relief", "rough"}};
   fmt::print(R"(# Common triangulation, overlay, cubic, grid: side by side
 
@@ -165,9 +165,8 @@ as a multiple of the common triangulation in the same run; the grid rows include
   });
   fmt::print(R"(
 What to read in it. Where the surfaces are smooth between the nodes, all of them are right, and a coarse grid is worst. Of 10 000
-points the squares divide the domain exactly; of 100 000 they do not, and what the grid then misses or adds along two sides is most of
-its error. On rough
-relief the error is that of linear interpolation, turned positive by the absolute value: the overlay keeps both scans exactly as
+and of 1 000 000 points the squares divide the domain exactly; of 100 000 they do not, and what the grid then misses or adds along two
+sides is most of its error. On rough relief the error is that of linear interpolation, turned positive by the absolute value: the overlay keeps both scans exactly as
 triangulated and shows it in full; a finer grid only approaches the overlay. Cubic interpolation lowers the error itself.
 )");
   return 0;

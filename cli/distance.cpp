@@ -203,6 +203,7 @@ int run_distance(const Arguments& arguments) {
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
   check_use(request);
   if (request.samples > 0) request.options.samples = request.samples;
+  check(request.options);
 
   Run run(request.run);
   std::unique_ptr<OutputFolder> folder;

@@ -241,6 +241,11 @@ class Distance(OptionsTest):
     def test_all_are_here(self):
         self.check_all_are_here("distance", self.ACTS, self.WRONG)
 
+    def test_options_are_checked_before_the_files(self):
+        for words, says in [(["--measure", "m3c2"], "--normal-scale"), (M3C2[:4], "--projection-scale"), (M3C2[:6], "--max-depth"),
+                            (["--samples", "5"], "--samples")]:
+            self.fails(2, "distance", "no-a.xyz", "no-b.xyz", *words, says=[says])
+
     def test_threads_give_the_same(self):
         texts = {without_timing(self.run_cli("distance", "a.csv", "b.csv", "--threads", n, "--json", "-").stdout) for n in [1, 3]}
         self.assertEqual(len(texts), 1)

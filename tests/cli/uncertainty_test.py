@@ -236,6 +236,13 @@ class Files(UncertaintyTest):
             for file in ["points_a.las", "points_a.ply", "points_b.ply", "difference.ply"]:
                 info = json.loads(self.run_cli("info", "out/" + file, "--json", "-").stdout)["files"][0]
                 self.assertLessEqual({name, "significant"}, set(info["attributes"]), file)
+        for surface, file in [("overlay", "difference.ply"), ("both", "difference_overlay.ply")]:  # a level that varies
+            self.run_cli("compare", "a.csv", "b.csv", "-o", "cells", "--surface", surface, "--sigma1", "@noise", "--sigma2", "0.1")
+            info = self.result("info", "cells/" + file)["files"][0]
+            self.assertLessEqual({"lod95", "significant"}, set(info["attributes"]), file)
+        u = [self.uncertainty("--surface", surface, "--sigma1", "@noise", "--sigma2", "0.1")["thresholded"]
+             for surface in ["common", "overlay"]]
+        self.assertNotEqual(*u)
         self.run_cli("convert", "out/points_a.ply", "points.csv")
         header, *rows = self.path("points.csv").read_text().splitlines()
         names = header.replace(",", " ").split()

@@ -58,12 +58,19 @@ TEST(WriteOverlayCells, HoldTheAreaAndVolumeOfTheExactOverlay) {
   CompareOptions options;
   options.surface = Surface::overlay;
   options.keep_overlay = true;
+  options.uncertainty.lod = 0.5;
   const Comparison c = compare(a, b, options, {});
   const std::string path = testing::TempDir() + "isopach_overlay_cells_test.ply";
   write_overlay_cells(path, c, {});
   const Cloud cloud = read_back(path);
   const Attribute* dz = cloud.find_attribute("dz");
   ASSERT_NE(dz, nullptr);
+  const Attribute *lod = cloud.find_attribute("lod"), *significant = cloud.find_attribute("significant");
+  ASSERT_TRUE(lod != nullptr && significant != nullptr);
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    EXPECT_EQ(lod->values[i], 0.5);
+    EXPECT_EQ(significant->values[i], std::fabs(dz->values[i]) > 0.5 ? 1 : 0);
+  }
   double area = 0, net = 0;
   for (const auto& f : cloud.faces) {
     const Point3 &p = cloud.points[f[0]], &q = cloud.points[f[1]], &r = cloud.points[f[2]];

@@ -102,12 +102,14 @@ inline Truthful truthful(const NoisyPairs& p, int pairs, std::uint64_t seed) {
   UncertaintyOptions& none = clean.options.uncertainty;
   none = {};
   const auto without_errors = NoisyPairMaker(clean, seed).next();
-  const Comparison truth = compare(without_errors[0], without_errors[1], clean.options, {});
+  Context alone;
+  alone.threads = 1;  // such small scans are not worth a second one
+  const Comparison truth = compare(without_errors[0], without_errors[1], clean.options, alone);
   NoisyPairMaker maker(p, seed);
   Truthful found;
   for (int i = 0; i < pairs; ++i) {
     const auto [a, b] = maker.next();
-    const Comparison c = compare(a, b, p.options, {});
+    const Comparison c = compare(a, b, p.options, alone);
     const auto holds = [&](double measured, double sigma, double true_value) {
       return std::fabs(measured - true_value) <= c.uncertainty.deviations * sigma ? 1.0 / pairs : 0;
     };

@@ -111,6 +111,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
     clock.start("overlay");
     const Overlay overlay(mesh_1, mesh_2, context);
     stages::measure_overlay(overlay, area, c, context);
+    noise.level_overlay(overlay, mesh_1, mesh_2, area.clip(), c);
     if (options.surface == Surface::overlay) {
       noise.take_overlay(overlay, mesh_1, mesh_2, area.clip());
       if (weighting.asked()) weighting.take_overlay(overlay, mesh_1, mesh_2, area.clip());

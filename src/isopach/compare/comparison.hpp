@@ -101,6 +101,7 @@ struct Comparison {
          sliver_volume = 0;  ///< of long thin triangles along the border, shares of domain and of absolute volume
   Cells cells;
   OverlaySurface overlay_surface;  ///< options.keep_overlay: the cells of the exact overlay, frame coordinates
+  Array<double> overlay_lod;       ///< level of detection at its vertices; empty if there is none
   PointFields fields_a, fields_b;
   std::vector<std::string> warnings;
   Timing timing;

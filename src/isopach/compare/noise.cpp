@@ -138,10 +138,43 @@ void Noise::level_points(const HeightField& a, const HeightField& b, PointFields
   fill(1, b, of_b);
 }
 
+void Noise::level_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip,
+                          Comparison& c) {
+  const bool measured = options_.surface == Surface::overlay, kept = options_.keep_overlay;
+  if (const auto level = constant_level()) {
+    if (measured)
+      overlay_detected_ = clip != nullptr ? detect(ClippedOverlay{overlay, *clip}, *level, context_)
+                                          : detect(overlay, *level, context_);
+    if (kept) c.overlay_lod.assign(c.overlay_surface.xy.size(), *level);
+    return;
+  }
+  if (!has_sigmas() || !(measured || kept)) return;
+  // Deviations take the place of heights: per node their own, and the other scan's interpolated there.
+  const auto at_nodes = [&](std::size_t scan, const Array<double>& of_other) {
+    Array<double> values(in_other_[scan].size());
+    for_each_index(values.size(), [&](std::size_t i) { values[i] = in_other_[scan][i].apply(of_other); });
+    return values;
+  };
+  const auto overlay_of = [&](const Array<double>& own_1, const Array<double>& other_1, const Array<double>& own_2,
+                              const Array<double>& other_2) {
+    return Overlay({m1.t, m1.xy, own_1, m1.in_other, other_1, m1.kept},
+                   {m2.t, m2.xy, own_2, m2.in_other, other_2, m2.kept}, context_);
+  };
+  const Array<double> sigma_2_at_1 = at_nodes(0, sigma_[1]), sigma_1_at_2 = at_nodes(1, sigma_[0]);
+  std::vector<Overlay> deviations{overlay_of(sigma_[0], sigma_2_at_1, sigma_[1], sigma_1_at_2)};
+  Array<double> shift_at_1, none_1, none_2;
+  if (has_covariance()) {  // B moves, A does not
+    shift_at_1 = at_nodes(0, shift_);
+    none_1.assign(m1.xy.size(), 0), none_2.assign(m2.xy.size(), 0);
+    deviations.push_back(overlay_of(none_1, shift_at_1, shift_, none_2));
+  }
+  const OverlayLevel level{deviations, has_covariance() ? 0 : options_.uncertainty.registration_error,
+                           this->deviations()};
+  if (measured) overlay_detected_ = detect(overlay, level, context_);
+  if (kept) c.overlay_lod = level_at_vertices(level, context_);
+}
+
 void Noise::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip) {
-  if (const auto level = constant_level())
-    overlay_detected_ =
-        clip != nullptr ? detect(ClippedOverlay{overlay, *clip}, *level, context_) : detect(overlay, *level, context_);
   if (has_model()) overlay_weights_ = weights_of_overlay(overlay, m1, m2, clip, context_);
   if (has_covariance())
     overlay_motions_ = clip != nullptr ? volume_motions(ClippedOverlay{overlay, *clip}, covariance_->centre, context_)

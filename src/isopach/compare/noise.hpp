@@ -37,8 +37,12 @@ class Noise {
   /// Levels of detection at the input points.
   void level_points(const HeightField& a, const HeightField& b, PointFields& of_a, PointFields& of_b) const;
 
-  /// For measures over the overlay: weights of the nodes, and the significant part where the level is the same
-  /// everywhere (where it varies, that part is found on T).
+  /// The level of detection over the overlay: at the vertices of c.overlay_surface, if it is kept, into c.overlay_lod;
+  /// the significant part, where the measures are over the overlay. `clip`: null for all of it.
+  void level_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip,
+                     Comparison& c);
+
+  /// For measures over the overlay: weights of the nodes.
   void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip);
 
   void take_union(const UnitedNodes& nodes);

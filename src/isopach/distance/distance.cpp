@@ -151,25 +151,6 @@ double diagonal(const Scan& a, const Scan& b) {
   return length(box.max - box.min);
 }
 
-void check(const DistanceOptions& options) {
-  const auto positive = [](double value, const char* name, const char* what) {
-    if (!(value > 0) || !std::isfinite(value))
-      throw UsageError(fmt::format("{}: m3c2 needs it, a length above 0: {}", name, what));
-  };
-  if (options.measures.m3c2) {
-    positive(options.m3c2.normal_scale, "--normal-scale", "the diameter D of the ball that gives the normal");
-    positive(options.m3c2.projection_scale, "--projection-scale", "the diameter d of the cylinder");
-    positive(options.m3c2.max_depth, "--max-depth", "how far the cylinder reaches from the core point");
-    if (!(options.m3c2.registration_error >= 0) || !std::isfinite(options.m3c2.registration_error))
-      throw UsageError("--registration-error: is not a length, 0 or more");
-  }
-  if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
-    throw UsageError("--tolerance: is not a length, 0 or more");
-  if (!(options.max_edge >= 0) || !std::isfinite(options.max_edge))
-    throw UsageError("--max-edge: is not a length, 0 or more");
-  if (options.samples < 1) throw UsageError("--samples: at least 1 a triangle");
-}
-
 /// Sets the unit of the result. Distances in space mean nothing where z has another unit than x and y.
 void check_units(const Cloud& a, const Cloud& b, Distances& d) {
   const DistanceOptions& options = d.options;
@@ -326,6 +307,25 @@ class Page {
 };
 
 }  // namespace
+
+void check(const DistanceOptions& options) {
+  const auto positive = [](double value, const char* name, const char* what) {
+    if (!(value > 0) || !std::isfinite(value))
+      throw UsageError(fmt::format("{}: m3c2 needs it, a length above 0: {}", name, what));
+  };
+  if (options.measures.m3c2) {
+    positive(options.m3c2.normal_scale, "--normal-scale", "the diameter D of the ball that gives the normal");
+    positive(options.m3c2.projection_scale, "--projection-scale", "the diameter d of the cylinder");
+    positive(options.m3c2.max_depth, "--max-depth", "how far the cylinder reaches from the core point");
+    if (!(options.m3c2.registration_error >= 0) || !std::isfinite(options.m3c2.registration_error))
+      throw UsageError("--registration-error: is not a length, 0 or more");
+  }
+  if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
+    throw UsageError("--tolerance: is not a length, 0 or more");
+  if (!(options.max_edge >= 0) || !std::isfinite(options.max_edge))
+    throw UsageError("--max-edge: is not a length, 0 or more");
+  if (options.samples < 1) throw UsageError("--samples: at least 1 a triangle");
+}
 
 Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const DistanceOptions& options,
                    const Context& context) {

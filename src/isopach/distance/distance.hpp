@@ -83,13 +83,17 @@ struct Distances {
   Timing timing;
 };
 
+/// UsageError, naming the option, for parameters of m3c2 that are missing or not positive, a tolerance that is no
+/// length, no samples. distance() does it first; callers that read files before it do it before that.
+void check(const DistanceOptions& options);
+
 /// Measures what `options.measures` says. `cores` are core points of m3c2 in input coordinates; without them the kept
 /// points of A. Signed distances are B − A: positive where B lies above A (the other surface's normal is taken upwards,
 /// or outwards for own faces). "normal": the line through the point along the normal of the facet that lies under or
 /// over it, to its nearest crossing with the other surface; missing where there is no such facet or crossing. Results
 /// are functions of the sets of points (but for own faces and DuplicatePolicy::first) and the same for any number of
 /// threads. Errors: InputError as choose_frame, project, make_mesh, and where heights have another unit than x and y;
-/// UsageError for parameters of m3c2 that are not positive, or a tolerance below rounding; not converged, see
+/// UsageError as check, and for a tolerance below rounding; not converged, see
 /// directed_hausdorff. Oracles: tests/distance/distance_test.cpp.
 [[nodiscard]] Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const DistanceOptions& options,
                                  const Context& context);

@@ -20,17 +20,23 @@ void for_cells(const CellView& cells, std::size_t begin, std::size_t end, F&& f)
   for (std::size_t i = std::max(begin, whole); i < end; ++i) f(cell_of(cells.pieces[i - whole]));
 }
 
-/// A polygon is cut into triangles from its first corner.
+/// A polygon is cut into triangles from its first corner, 0: f(a, b, area) for each triangle of the corners 0, a, b.
+template <class F>
+void for_triangles(const OverlayCell& c, F&& f) {
+  const double x0 = c.x[0], y0 = c.y[0];
+  double x1 = c.x[1] - x0, y1 = c.y[1] - y0;
+  for (unsigned k = 2; k < c.corners; ++k) {
+    const double x2 = c.x[k] - x0, y2 = c.y[k] - y0;
+    const double area = 0.5 * (x1 * y2 - y1 * x2);
+    if (area > 0) f(k - 1, k, area);  // without area but for rounding: corners that coincide or are in line
+    x1 = x2, y1 = y2;
+  }
+}
+
 template <class F>
 void for_cells(const OverlayCell& c, F&& f) {
-  const double d0 = c.d(0), x0 = c.x[0], y0 = c.y[0];
-  double x1 = c.x[1] - x0, y1 = c.y[1] - y0, d1 = c.d(1);
-  for (unsigned k = 2; k < c.corners; ++k) {
-    const double x2 = c.x[k] - x0, y2 = c.y[k] - y0, d2 = c.d(k);
-    const double area = 0.5 * (x1 * y2 - y1 * x2);
-    if (area > 0) f(Cell{area, {d0, d1, d2}});  // without area but for rounding: corners that coincide or are in line
-    x1 = x2, y1 = y2, d1 = d2;
-  }
+  const double d0 = c.d(0);
+  for_triangles(c, [&](unsigned a, unsigned b, double area) { f(Cell{area, {d0, c.d(a), c.d(b)}}); });
 }
 
 template <class F>

@@ -41,6 +41,30 @@ Detected detect_constant(const Source& cells, double lod, const Context& context
   });
 }
 
+// The cells of one item after the other, clipped; which there are and in which order depends on the places of the nodes
+// alone.
+struct ItemCells {
+  const Clip* clip;
+  std::vector<OverlayCell> parts;
+
+  explicit ItemCells(const Clip* by) : clip(by) {}
+  ItemCells(const ItemCells& other) : clip(other.clip) {}
+  void take(const Overlay& overlay, std::size_t item) {
+    parts.clear();
+    for (const OverlayCell& c : overlay.cells(item, scratch_))
+      if (clip == nullptr)
+        parts.push_back(c);
+      else
+        for_clipped(c, *clip, clip_scratch_, [&](const OverlayCell& piece) { parts.push_back(piece); });
+  }
+
+ private:
+  Overlay::Scratch scratch_;
+  Clip::Scratch clip_scratch_;
+};
+
+double sum_of_squares(double x, double y) { return x * x + y * y; }
+
 // The corner triangle that the zero line cuts off at the corner c, whose sign the other two do not share.
 std::array<double, 3> corner_shares(const std::array<double, 3>& s, std::size_t c) {
   const std::size_t a = (c + 1) % 3, b = (c + 2) % 3;
@@ -115,6 +139,42 @@ Detected detect(const ClippedOverlay& overlay, double lod, const Context& contex
 }
 Detected detect(const Overlay& overlay, double lod, const Context& context) {
   return detect_constant(overlay, lod, context);
+}
+
+Detected detect(const Overlay& overlay, const OverlayLevel& level, const Context& context) {
+  context.check();
+  return over_blocks(overlay.items(), [&](std::size_t begin, std::size_t end, Sums& part) {
+    ItemCells cells(level.clip);
+    std::vector<ItemCells> deviations(level.deviations.size(), ItemCells(level.clip));
+    for (std::size_t i = begin; i < end; ++i) {
+      cells.take(overlay, i);
+      for (std::size_t k = 0; k < deviations.size(); ++k) deviations[k].take(level.deviations[k], i);
+      for (std::size_t cell = 0; cell < cells.parts.size(); ++cell) {
+        const OverlayCell& c = cells.parts[cell];
+        const auto lod = [&](unsigned corner) {
+          double square = level.rest * level.rest;
+          for (const ItemCells& d : deviations)
+            square += sum_of_squares(d.parts[cell].z1[corner], d.parts[cell].z2[corner]);
+          return level.k * std::sqrt(square);
+        };
+        for_triangles(c, [&](unsigned a, unsigned b, double area) {
+          part.add(detect(Cell{area, {c.d(0), c.d(a), c.d(b)}}, {lod(0), lod(a), lod(b)}));
+        });
+      }
+    }
+  });
+}
+
+Array<double> level_at_vertices(const OverlayLevel& level, const Context& context) {
+  Array<double> lod;
+  for (const Overlay& overlay : level.deviations) {
+    const OverlaySurface s =
+        level.clip != nullptr ? surface_of(ClippedOverlay{overlay, *level.clip}, context) : overlay.surface(context);
+    if (lod.empty()) lod.assign(s.xy.size(), level.rest * level.rest);
+    for_each_index(lod.size(), [&](std::size_t i) { lod[i] += sum_of_squares(s.z1[i], s.z2[i]); });
+  }
+  for_each_index(lod.size(), [&](std::size_t i) { lod[i] = level.k * std::sqrt(lod[i]); });
+  return lod;
 }
 
 }  // namespace isopach

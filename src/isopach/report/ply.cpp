@@ -51,6 +51,13 @@ void write_overlay_cells(const std::string& path, const Comparison& c, const Con
     out.points[i] = c.frame.to_input({s.xy[i].x, s.xy[i].y, s.z2[i]});
     out.attributes[0].values[i] = s.z2[i] - s.z1[i];
   });
+  if (!c.overlay_lod.empty()) {
+    out.attributes.push_back({c.fields_a.lod_name, c.overlay_lod});
+    out.attributes.push_back({"significant", Array<double>(s.xy.size())});
+    for_each_index(s.xy.size(), [&](std::size_t i) {
+      out.attributes[2].values[i] = significant(out.attributes[0].values[i], c.overlay_lod[i]);
+    });
+  }
   write_cloud(path, out, context);
 }
 
