@@ -6,6 +6,7 @@
 
 #include "isopach/compare/compare.hpp"
 #include "isopach/measure/detection.hpp"
+#include "tests/io/files.hpp"
 #include "tests/overlay/couple.hpp"
 #include "tests/support/oracle.hpp"
 
@@ -203,6 +204,33 @@ TEST(DetectOverOverlay, HasTheLevelOfBothScansAtEveryVertex) {
     common.keep_overlay = false;
     EXPECT_NE(compare(a, b, common, {}).uncertainty.detected->above, c.uncertainty.detected->above);
   }
+}
+
+// Inside and outside of the same polygon are the whole; every vertex of the pieces has a level.
+TEST(DetectOverOverlay, IsClippedWithTheDomain) {
+  const Cloud a = noisy_cloud(framed_square(200, 51), 52), b = noisy_cloud(framed_square(170, 54), 55);
+  const TempFolder folder;
+  const std::string path = folder / "triangle.geojson";
+  write_file(path, R"({"type":"Polygon","coordinates":[[[0.21,0.2],[0.83,0.3],[0.6,0.77],[0.21,0.2]]]})");
+  CompareOptions o;
+  o.check_layers = false;
+  o.surface = isopach::Surface::overlay;
+  o.keep_overlay = true;
+  o.uncertainty.sigma1 = o.uncertainty.sigma2 = {SigmaSource::Kind::attribute, 0, "noise"};
+  const Comparison whole = compare(a, b, o, {});
+  CompareOptions inner = o, outer = o;
+  inner.area.include = {path};
+  outer.area.exclude = {path};
+  const Comparison in = compare(a, b, inner, {}), out = compare(a, b, outer, {});
+  ASSERT_EQ(in.overlay_lod.size(), in.overlay_surface.xy.size());
+  for (const double lod : in.overlay_lod) EXPECT_GT(lod, 0);
+  const Detected &w = *whole.uncertainty.detected, &i = *in.uncertainty.detected, &e = *out.uncertainty.detected;
+  ASSERT_GT(i.area, 0);
+  EXPECT_LE(i.area, in.domain_area);
+  // A cell that is cut has its level at more corners, and is then a little less too high in between.
+  EXPECT_NEAR(i.area + e.area, w.area, 2e-3 * w.area);
+  EXPECT_NEAR(i.above + e.above, w.above, 2e-3 * w.above);
+  EXPECT_NEAR(i.below + e.below, w.below, 2e-3 * w.below);
 }
 
 TEST(DetectOverOverlay, IsThatOfOneLevelWhereTheSigmasAreTheSame) {

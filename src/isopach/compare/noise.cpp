@@ -169,7 +169,7 @@ void Noise::level_overlay(const Overlay& overlay, const OverlayMesh& m1, const O
     deviations.push_back(overlay_of(none_1, shift_at_1, shift_, none_2));
   }
   const OverlayLevel level{deviations, has_covariance() ? 0 : options_.uncertainty.registration_error,
-                           this->deviations()};
+                           this->deviations(), clip};
   if (measured) overlay_detected_ = detect(overlay, level, context_);
   if (kept) c.overlay_lod = level_at_vertices(level, context_);
 }
