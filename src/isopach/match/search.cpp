@@ -250,11 +250,14 @@ std::string words(const Weak& w, const std::array<std::string, 3>& axes) {
 /// Both surfaces, and copies of them that are ever thinner.
 class Levels {
  public:
-  Levels(const MatchSurface& moving, const MatchSurface& fixed, bool trim, const Context& context)
+  Levels(const MatchSurface& moving, const MatchSurface& fixed, bool trim, bool sampled, const Context& context)
       : moving_(moving), fixed_(fixed) {
     std::vector<std::size_t> runs;
     const std::size_t most = std::max(moving.xy.size(), fixed.xy.size());
-    for (std::size_t run = level_factor; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
+    // Where the scans themselves are sampled first, their sample takes the place of the densest copies.
+    constexpr std::size_t thin = level_factor * level_factor;
+    const std::size_t first = sampled && most / thin >= coarsest_nodes ? thin : level_factor;
+    for (std::size_t run = first; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
     copies_.resize(runs.size());
     const auto copy = [&](const MatchSurface& s, std::size_t run) {
       return thinned(s, std::min(run, std::max<std::size_t>(1, s.xy.size() / 64)), trim, context);
@@ -301,7 +304,7 @@ class Search {
         fixed_nodes_(fixed.xy.size()),
         extent_(std::max(extent_of(fixed), extent_of(moving))),
         centre_(centre_of(moving)),
-        levels_(moving, fixed, options.compare.border == BorderRule::trim, context),
+        levels_(moving, fixed, options.compare.border == BorderRule::trim, is_sampled(), context),
         basis_(basis_of(options.freedom)) {}
 
   SearchResult run() {
