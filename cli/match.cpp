@@ -197,7 +197,7 @@ void add_match_options(Command& command, MatchOptions& options) {
   command
       .option("--tolerance", "SHARE", options.tolerance,
               "The search has converged when a step moves the scan by less than this share of its extent (default "
-              "1e-8)")
+              "1e-8, or where a step is nothing beside what noise does to the pose)")
       ->check(positive());
 }
 

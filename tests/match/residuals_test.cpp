@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include "isopach/base/random.hpp"
 #include "isopach/geom/predicates.hpp"
 #include "isopach/measure/measures.hpp"
 #include "tests/match/poses.hpp"
@@ -126,6 +127,69 @@ TEST(Residuals, SmoothedSlopesLoseTheNoiseAlone) {
   EXPECT_LT(slopes_of(0).second, 1e-8);
   const auto [facets, smoothed] = slopes_of(1e-3);
   EXPECT_LT(smoothed, 0.2 * facets);
+}
+
+// Slopes from 0 to 4, heights with normal noise.
+MatchSurface bent(std::size_t n, std::uint64_t seed) {
+  MatchSurface s = surface(test::uniform(n, seed), seed);
+  const RandomStream random(seed, 5);
+  for (std::size_t i = 0; i < s.z.size(); ++i)
+    s.z[i] = 2 * s.xy[i].x * s.xy[i].x + 1e-4 * random.normal(static_cast<std::uint64_t>(i));
+  Array<unsigned char> kept(s.t.real);  // no long triangles along the hull: the surface is curved
+  for (Index i = 0; i < s.t.real; ++i) kept[i] = s.footprint.keeps(i) ? 1 : 0;
+  return make_surface(s.xy, s.z, s.t, kept);
+}
+
+TEST(Residuals, NoiseOfHeightsIsEvenedOutOverSlopes) {
+  const MatchSurface moving = bent(20000, 1), fixed = bent(20000, 2);
+  Residuals r(moving, fixed, {0.5, 0.5, 0}, 0.5);
+  // The mean square over that of the median: 1 if all residuals are of one normal distribution.
+  const auto mixture = [&] {
+    const ResidualSums sums = r.evaluate(Motion{}, squares, {});
+    return 2 * sums.loss / sums.area / (r.spread() * r.spread());
+  };
+  EXPECT_GT(mixture(), 1.15);
+  r.even_out();
+  EXPECT_NEAR(mixture(), 1, 0.1);
+}
+
+TEST(Residuals, ASampleIsEveryEighthPatch) {
+  const MatchSurface moving = bent(20000, 1), fixed = bent(20000, 2);
+  Residuals all(moving, fixed, {0.5, 0.5, 0}, 0.5), some(moving, fixed, {0.5, 0.5, 0}, 0.5);
+  const Motion motion = some_motion(1e-4);
+  (void)all.evaluate(motion, squares, {});
+  some.sample(8);
+  const ResidualSums sums = some.evaluate(motion, squares, {});
+  double area = 0;
+  for (std::size_t i = 0; i < moving.xy.size(); ++i) {
+    const bool sampled = i / Residuals::largest_patch % 8 == 0;
+    EXPECT_EQ(some.fitted(i, squares), sampled && all.fitted(i, squares)) << i;
+    area += moving.weight[i];
+  }
+  EXPECT_NEAR(sums.area, 2 * area / 8, 0.05 * area);
+  some.sample(1);
+  EXPECT_NEAR(some.evaluate(motion, squares, {}).loss, all.evaluate(motion, squares, {}).loss, 1e-18);
+}
+
+// Along z of a flat pair the equations' right side falls by the second derivative of the loss.
+TEST(Residuals, CurvatureIsThatOfDifferences) {
+  const auto flat = [](std::uint64_t seed) {
+    MatchSurface s = surface(test::uniform(400, seed), seed);
+    test::Random random(seed);
+    for (double& z : s.z) z = 1e-4 * random.uniform(-1, 1);
+    return make_surface(s.xy, s.z, s.t, {});
+  };
+  const MatchSurface moving = flat(1), fixed = flat(2);
+  for (const Loss& loss : {squares, Loss{Loss::Kind::huber, 5e-5}, Loss{Loss::Kind::tukey, 4e-5}}) {
+    Residuals r(moving, fixed, {0.5, 0.5, 0}, 0.5);
+    constexpr double h = 1e-9;
+    Motion up, down;
+    up.shift.z = h, down.shift.z = -h;
+    const double fall = (r.evaluate(down, loss, {}).b[5] - r.evaluate(up, loss, {}).b[5]) / (2 * h);
+    const ResidualSums at = r.evaluate(Motion{}, loss, {});
+    EXPECT_NEAR(at.curvature, fall, 0.02 * at.fitted);
+    EXPECT_LE(at.curvature, at.fitted * (1 + 1e-12));
+  }
 }
 
 TEST(Residuals, TrustSeesWhatNoNodeShows) {

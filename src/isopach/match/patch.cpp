@@ -6,10 +6,10 @@ namespace {
 
 enum class Seen { inside, beyond_0, beyond_1, beyond_2, unsure };
 
-/// On which side of a facet the place lies: inside, or beyond its side 0, 1
-/// or 2, if the shares of the corners tell it by more than the rounding of their single precision can have made of
-/// them. What is not certain goes to the exact predicates.
-Seen look(const Facet& f, const Point3& place) {
+/// On which side of a facet the place lies: inside, or beyond its side 0, 1 or 2, if the shares of the corners tell it
+/// by more than the rounding of their single precision can have made of them. What is not certain goes to the exact
+/// predicates.
+[[gnu::always_inline]] inline Seen look(const Facet& f, const Point3& place) {
   const auto x = static_cast<float>(place.x - f.x), y = static_cast<float>(place.y - f.y);
   constexpr float rounding = 1.0F / (1 << 18);
   const float bx = f.bx * x, by = f.by * y, cx = f.cx * x, cy = f.cy * y;

@@ -164,7 +164,7 @@ void Residuals::sample(std::size_t stride) {
 
 template <class Visit>
 void Residuals::sizes_of(const Visit& visit) const {
-  constexpr std::size_t enough = 50000;  // of each side: the median of these is good to half a per cent
+  constexpr std::size_t enough = 20000;  // of each side: the median of these is good to a per cent
   for (std::size_t s = 0; s < 2; ++s) {
     const ResidualSide& side = sides_[s];
     const std::size_t stride = 1 + side.n.size() / stride_ / enough;

@@ -21,7 +21,9 @@ constexpr std::size_t level_factor = 8;
 constexpr double unobserved_ratio = 3;        // information below this many times what noise alone gives is none
 constexpr double unobserved = 1e-9;           // … and below this share of the largest
 constexpr double weak = 1e-3;                 // information below this share of the largest is named
-constexpr double negligible = 0.02;           // step over standard deviation: an accepted one that ends the search
+constexpr double negligible = 0.02;           // step over standard deviation: the search ends before it
+constexpr double negligible_of_many = 0.1;    // … where a step costs time
+constexpr double rejected = 2.5;              // a step that does not lower the loss ends it below so many of those
 constexpr double least_curvature = 0.4;       // of the loss over its weights, as a step takes it
 constexpr std::size_t sample_stride = 8;      // before all nodes of the scans themselves every eighth patch
 constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
@@ -72,14 +74,14 @@ class Solver {
       : r_(residuals), basis_(basis), context_(context) {}
 
   Loss loss{Loss::Kind::huber, std::numeric_limits<double>::max()};
-  double rejected_within = 0;   // a step of less standard deviations that does not lower the loss ends the descent
-  bool stops_at_noise = false;  // … and so does an accepted one that is nothing beside the noise
-  bool trust_follows = false;   // after each step come new weights of the patches
+  double negligible = 0;       // a step of less standard deviations is not made: the descent ends
+  double rejected_within = 0;  // … and one of less that does not lower the loss ends it too
+  bool trust_follows = false;  // after each step come new weights of the patches
   State at;
   int evaluations = 0, accepted = 0;
   std::vector<MatchStep>* history = nullptr;
   std::string stuck;          // why the last descend ended without small steps
-  bool within_noise = false;  // it ended with a step that is nothing beside the noise
+  bool within_noise = false;  // … or with one that is nothing beside the noise
 
   void start(const Motion& motion) {
     at = {motion, r_.evaluate(motion, loss, context_)};
@@ -103,11 +105,12 @@ class Solver {
         const Vector step = newton_step(damping);
         const double length = step.norm(), deviations = in_deviations(step);
         if (!(length > 0) || !std::isfinite(length)) return last;
+        within_noise = deviations < negligible;
+        if (within_noise) return length;
         if (try_step(step)) {
           last = length;
           damping = damping > 1e-3 ? damping / 10 : 0;
-          within_noise = stops_at_noise && deviations < negligible;
-          done = length < tolerance || within_noise;
+          done = length < tolerance;
           break;
         }
         if (length < tolerance) return length;  // as near as the rounding of the sums lets it
@@ -250,11 +253,14 @@ std::string words(const Weak& w, const std::array<std::string, 3>& axes) {
 /// Both surfaces, and copies of them that are ever thinner.
 class Levels {
  public:
-  Levels(const MatchSurface& moving, const MatchSurface& fixed, bool trim, const Context& context)
+  Levels(const MatchSurface& moving, const MatchSurface& fixed, bool trim, bool sampled, const Context& context)
       : moving_(moving), fixed_(fixed) {
     std::vector<std::size_t> runs;
     const std::size_t most = std::max(moving.xy.size(), fixed.xy.size());
-    for (std::size_t run = level_factor; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
+    // Where the scans themselves are sampled first, their sample takes the place of the densest copies.
+    constexpr std::size_t thin = level_factor * level_factor;
+    const std::size_t first = sampled && most / thin >= coarsest_nodes ? thin : level_factor;
+    for (std::size_t run = first; most / run >= coarsest_nodes; run *= level_factor) runs.push_back(run);
     copies_.resize(runs.size());
     const auto copy = [&](const MatchSurface& s, std::size_t run) {
       return thinned(s, std::min(run, std::max<std::size_t>(1, s.xy.size() / 64)), trim, context);
@@ -301,7 +307,7 @@ class Search {
         fixed_nodes_(fixed.xy.size()),
         extent_(std::max(extent_of(fixed), extent_of(moving))),
         centre_(centre_of(moving)),
-        levels_(moving, fixed, options.compare.border == BorderRule::trim, context),
+        levels_(moving, fixed, options.compare.border == BorderRule::trim, is_sampled(), context),
         basis_(basis_of(options.freedom)) {}
 
   SearchResult run() {
@@ -408,9 +414,9 @@ class Search {
     }
     doubt(residuals, levels_.moving(levels_.count() - 1), levels_.fixed(levels_.count() - 1), s);
     reweigh(residuals, s, bounded);
-    s.rejected_within = by_default ? (is_sampled() ? 0.25 : 0.05) : 0;
+    s.negligible = !by_default ? 0 : is_sampled() ? negligible_of_many : negligible;
+    s.rejected_within = rejected * s.negligible;
     s.history = &result_.history;
-    s.stops_at_noise = by_default;
     s.note();
     const int before = s.accepted;
     const double last = s.descend(options_.max_iterations, tolerance);
@@ -418,7 +424,7 @@ class Search {
     result_.reason =
         !s.stuck.empty() ? s.stuck
         : s.within_noise
-            ? fmt::format("the last step, {:.1e} of the extent, is nothing beside the noise", last / extent_)
+            ? fmt::format("the next step, {:.1e} of the extent, is nothing beside the noise", last / extent_)
         : result_.converged ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent_)
                             : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
     s.refresh();

@@ -13,19 +13,6 @@ namespace isopach {
 
 namespace {
 
-// One after the other in the order of the triangles: the same bits for any number of threads.
-Array<double> node_areas(const Triangulation& t, std::span<const Point2> xy, const Footprint& footprint) {
-  Array<double> area(xy.size());
-  std::fill(area.begin(), area.end(), 0.0);
-  for (Index i = 0; i < t.real; ++i) {
-    if (!footprint.keeps(i)) continue;
-    const auto& v = t.triangles[i].v;
-    const double third = triangle_area(xy[v[0]], xy[v[1]], xy[v[2]]) / 3;
-    for (const Index node : v) area[node] += third;
-  }
-  return area;
-}
-
 constexpr double thin = 1e-9;  // twice the area over the squares of the sides: such facets have no slope
 
 struct Slope {
@@ -52,7 +39,8 @@ void make_facets(MatchSurface& s) {
   });
 }
 
-// The mean slope around each node, by area.
+// The mean slope around each node, by area. One after the other in the order of the triangles: the same bits for any
+// number of threads.
 Array<Slope> node_slopes(const MatchSurface& s) {
   Array<Slope> slopes(s.xy.size());
   std::fill(slopes.begin(), slopes.end(), Slope{});
@@ -69,8 +57,10 @@ Array<Slope> node_slopes(const MatchSurface& s) {
   return slopes;
 }
 
-void smooth_slopes(MatchSurface& s) {
+void smooth_slopes_and_weights(MatchSurface& s) {
   const Array<Slope> slopes = node_slopes(s);
+  s.weight.resize(s.xy.size());
+  for_each_index(slopes.size(), [&](std::size_t i) { s.weight[i] = slopes[i].area / 3; });
   s.cosine.resize(s.t.real);
   for_each_index(s.t.real, [&](std::size_t i) {
     Facet& f = s.facets[i];
@@ -86,9 +76,8 @@ void smooth_slopes(MatchSurface& s) {
 }
 
 void describe_facets(MatchSurface& s) {
-  s.weight = node_areas(s.t, s.xy, s.footprint);
   make_facets(s);
-  smooth_slopes(s);
+  smooth_slopes_and_weights(s);
 }
 
 }  // namespace

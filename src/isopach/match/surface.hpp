@@ -28,7 +28,7 @@ struct MatchSurface {
   Array<double> z;
   Triangulation t;
   Footprint footprint;        ///< triangles that the sampling supports
-  Array<double> weight;       ///< by node: a third of the areas of its kept triangles; 0 where it has none
+  Array<double> weight;       ///< by node: a third of the areas of its facets; 0 where it has none
   Array<Facet> facets;        ///< by real triangle
   Array<float> cosine;        ///< by real triangle: of the smoothed slope
   Array<double> mu;           ///< by node: weight of the user, which `weight` holds already; empty: 1
