@@ -60,8 +60,6 @@ ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Loss&
       add_to);
 }
 
-Point3 normal_of(double gx, double gy, double cosine) { return {-gx * cosine, -gy * cosine, cosine}; }
-
 // What noise of the heights adds to the information through the smoothed slope of a facet: n depends on the slope g
 // through J = d(−g, 1)·motion, so that only its x and y parts carry noise. The mean of three slopes has at most the
 // mean of their variances, as it has where the noise of all three is the same.
@@ -77,6 +75,8 @@ void add_slope_noise(const MatchSurface& s, const Array<SlopeNoise>& slopes, Ind
   noise.add(along_y, weight * (yy - xy));
   noise.add(both_ways, weight * xy);
 }
+
+Point3 normal_of(const Facet& f, double factor) { return {-f.smooth_gx * factor, -f.smooth_gy * factor, factor}; }
 
 /// What each node of a side with a weight brings along: f(node, place there, facet, weight).
 template <class F>
@@ -99,10 +99,10 @@ Information information_of(const ResidualSide& side, const View& view, const Los
   Information sum;
   for_fitted(side, view, loss, patch, begin, end,
              [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
-               const double gx = f.smooth_gx, gy = f.smooth_gy, cosine = 1 / std::sqrt(1 + gx * gx + gy * gy);
-               sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(gx, gy, cosine), side.n[i]), weight);
+               const double factor = side.factors()[side.hint[i]];
+               sum.h.add(view.derivative<moving_nodes>(own, there, normal_of(f, factor), side.n[i]), weight);
                add_slope_noise(*side.target, slopes, side.hint[i], view.arm(moving_nodes ? there : own),
-                               weight * noise * noise * cosine * cosine, sum.noise);
+                               weight * noise * noise * factor * factor, sum.noise);
              });
   return sum;
 }
@@ -116,7 +116,7 @@ std::vector<Vector7> scores_of(const ResidualSide& side, const View& view, const
   for_fitted(side, view, loss, patch, 0, side.n.size(),
              [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
                const Index at = side.hint[i];
-               const Point3 normal = normal_of(f.smooth_gx, f.smooth_gy, side.factors()[at]);
+               const Point3 normal = normal_of(f, side.factors()[at]);
                const Vector7 j = view.derivative<moving_nodes>(own, there, normal, side.n[i]);
                Vector7& score = scores[(moving_nodes ? i : side.target->t.triangles[at].v[0]) / cell];
                for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
@@ -293,7 +293,7 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
   };
   for (const ResidualSide& side : sides_) {
     const View view(side, motion, centre_, length_);
-    const Array<SlopeNoise> slopes = noise > 0 ? slope_noise(*side.target) : Array<SlopeNoise>{};
+    const Array<SlopeNoise> slopes = slope_noise(*side.target);
     add(total, reduce_blocks<Information>(
                    side.nodes->xy.size(), block,
                    [&](std::size_t begin, std::size_t end) {

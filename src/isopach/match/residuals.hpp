@@ -107,8 +107,7 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  /// At the motion of the last evaluation: h by smoothed slopes, and what heights with the standard deviation `noise`
-  /// add to it.
+  /// At the motion of the last evaluation, by smoothed slopes; `noise`: standard deviation of the heights.
   [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise,
                                         const Context& context) const;
   /// At the motion of the last evaluation: Σ s sᵀ over cells of some hundred nodes in a row of the moving scan, with s
