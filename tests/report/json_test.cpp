@@ -10,6 +10,7 @@
 #include "isopach/report/report.hpp"
 #include "tests/report/sample_comparison.hpp"
 #include "tests/support/json_schema.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace isopach {
 namespace {
@@ -24,7 +25,7 @@ Comparison hills() {
 }
 
 Json schema() {
-  const auto path = std::filesystem::path(__FILE__).parent_path() / "../../docs/schema/compare-1.json";
+  const auto path = test::source_folder() / "docs/schema/compare-1.json";
   std::ifstream in(path);
   EXPECT_TRUE(in.good()) << path;
   return Json::parse(in);

@@ -10,6 +10,7 @@
 #include <regex>
 
 #include "isopach/io/read.hpp"
+#include "tests/io/files.hpp"
 #include "tests/support/clouds.hpp"
 #include "tests/support/json_schema.hpp"
 #include "tests/support/shared_data.hpp"
@@ -46,12 +47,6 @@ Roughness sample(bool after, bool reference, bool match = false) {
 Json schema() {
   std::ifstream file(test::source_folder() / "docs" / "schema" / "roughness-1.json");
   return Json::parse(file);
-}
-
-std::filesystem::path folder() {
-  const auto path = std::filesystem::temp_directory_path() / "isopach-roughness-report-test";
-  std::filesystem::create_directories(path);
-  return path;
 }
 
 TEST(RoughnessReport, JsonIsThatOfTheSchema) {
@@ -102,12 +97,13 @@ TEST(RoughnessReport, TableHasALineAWrinkle) {
 
 TEST(RoughnessReport, PageHasTheNumbersOfTheJson) {
   const Roughness r = sample(true, false);
-  const std::string map = (folder() / "map.png").string(), lines = (folder() / "lines.png").string();
+  const test::TempFolder folder;
+  const std::string map = folder / "map.png", lines = folder / "lines.png";
   MapOptions look;
   look.width = 400;
   write_roughness_map(map, r, r.scan, look, {});
   write_wrinkle_map(lines, r, r.scan, look, {});
-  const std::string json = roughness_json(r, {}), path = (folder() / "report.html").string();
+  const std::string json = roughness_json(r, {}), path = folder / "report.html";
   write_roughness_html(path, r, {{map, "Roughness"}, {lines, "Wrinkles"}}, json, {});
   std::ifstream file(path);
   const std::string page{std::istreambuf_iterator<char>(file), {}};
@@ -124,12 +120,12 @@ TEST(RoughnessReport, PageHasTheNumbersOfTheJson) {
   std::size_t pictures = 0;
   for (std::size_t at = 0; (at = page.find("data:image/png;base64,", at)) != std::string::npos; ++at) ++pictures;
   EXPECT_EQ(pictures, 2u);
-  std::filesystem::remove_all(folder());
 }
 
 TEST(RoughnessReport, PointsHoldTheFields) {
   const Roughness r = sample(false, false);
-  const std::string path = (folder() / "points.csv").string();
+  const test::TempFolder folder;
+  const std::string path = folder / "points.csv";
   write_roughness_points(path, groove(1, 0.1), r.scan, {});
   ReadOptions all;
   all.all_attributes = true;
@@ -138,7 +134,6 @@ TEST(RoughnessReport, PointsHoldTheFields) {
     ASSERT_NE(back.find_attribute(name), nullptr) << name;
     EXPECT_EQ(back.find_attribute(name)->values.size(), r.scan.fields[0].values.size());
   }
-  std::filesystem::remove_all(folder());
 }
 
 }  // namespace
