@@ -10,14 +10,7 @@ void add_application_output(Command& command, ApplicationOutput& output, const s
       ->check(not_empty());
   command.option("--json", "FILE", output.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
-  std::vector<std::pair<std::string, std::string>> names;
-  for (const std::string& name : palettes()) names.emplace_back(name, name);
-  command.choice<std::string>("--palette", output.map.palette, names, "Diverging colours of the map");
-  command.flag("--flip-palette", output.map.flip, "Swap the two ends of the palette");
-  command.option("--title", "TEXT", output.map.title, "Title of map and report");
-  command.option("--map-width", "PIXELS", output.map.width, "Width of the map")
-      ->check(whole_number(400, 16000))
-      ->capture_default_str();
+  add_map_options(command, output.map, "Title of map and report");
 }
 
 std::unique_ptr<OutputFolder> open_folder(const ApplicationOutput& output) {

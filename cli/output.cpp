@@ -73,6 +73,17 @@ void write_json(const std::string& path, const std::string& text, Run& run) {
     write_text_file(path, text);
 }
 
+void add_map_options(Command& command, MapOptions& map, const std::string& title) {
+  std::vector<std::pair<std::string, std::string>> names;
+  for (const std::string& name : palettes()) names.emplace_back(name, name);
+  command.choice<std::string>("--palette", map.palette, names, "Diverging colours of the map");
+  command.flag("--flip-palette", map.flip, "Swap the two ends of the palette");
+  command.option("--title", "TEXT", map.title, title);
+  command.option("--map-width", "PIXELS", map.width, "Width of the map")
+      ->check(whole_number(400, 16000))
+      ->capture_default_str();
+}
+
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
   command.heading("Output");
   delivery.output = default_folder;
@@ -85,14 +96,7 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
-  std::vector<std::pair<std::string, std::string>> names;
-  for (const std::string& name : palettes()) names.emplace_back(name, name);
-  command.choice<std::string>("--palette", delivery.map.palette, names, "Diverging colours of the map");
-  command.flag("--flip-palette", delivery.map.flip, "Swap the two ends of the palette");
-  command.option("--title", "TEXT", delivery.map.title, "Title of map and report; without it the names of the scans");
-  command.option("--map-width", "PIXELS", delivery.map.width, "Width of the map")
-      ->check(whole_number(400, 16000))
-      ->capture_default_str();
+  add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");

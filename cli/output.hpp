@@ -58,6 +58,9 @@ struct Delivery {
   MapOptions map;
 };
 
+/// --palette, --flip-palette, --title and --map-width. `title`: help of --title.
+void add_map_options(Command& command, MapOptions& map, const std::string& title);
+
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder);
 
 /// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here.

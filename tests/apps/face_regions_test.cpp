@@ -36,6 +36,15 @@ struct Sample {
   [[nodiscard]] CellView view() const { return {t, xy, z1, z2, in_domain}; }
 };
 
+/// f(u, w) at the centroids of the n² equal triangles of a triangle; u, w: shares of its second and third corner.
+template <class F>
+void for_subdivision(int n, const F& f) {
+  for (int a = 0; a < n; ++a)
+    for (int b = 0; a + b < n; ++b)
+      for (int flip = 0; flip < (a + b + 1 < n ? 2 : 1); ++flip)
+        f((a + (flip ? 2.0 : 1.0) / 3) / n, (b + (flip ? 2.0 : 1.0) / 3) / n);
+}
+
 TEST(FaceRegions, LinearDifferencesInClosedForm) {
   const Sample across(300, [](const Point2& p) { return p.x - 0.5; });
   const auto halves = face_regions(across.view(), FaceParts::halves, {});
@@ -78,19 +87,16 @@ TEST(FaceRegions, RoughDifferencesBySubdivision) {
     if (s.in_domain[i] == 0) continue;
     const auto& v = s.t.triangles[i].v;
     const double part = cell_at(view, i).area / (n * n);
-    for (int a = 0; a < n; ++a)
-      for (int b = 0; a + b < n; ++b)
-        for (int flip = 0; flip < (a + b + 1 < n ? 2 : 1); ++flip) {
-          const double u = (a + (flip ? 2.0 : 1.0) / 3) / n, w = (b + (flip ? 2.0 : 1.0) / 3) / n;
-          const auto mix = [&](double p, double q, double r) { return p + u * (q - p) + w * (r - p); };
-          const double x = mix(s.xy[v[0]].x, s.xy[v[1]].x, s.xy[v[2]].x);
-          const double y = mix(s.xy[v[0]].y, s.xy[v[1]].y, s.xy[v[2]].y);
-          const double d = mix(view.d(v[0]), view.d(v[1]), view.d(v[2]));
-          if (x < 0) continue;
-          const double share = (y - low) / (high - low);
-          for (const int k : {0, share > 2.0 / 3 ? 1 : share > 1.0 / 3 ? 2 : 3})
-            area[k] += part, net[k] += part * d, absolute[k] += part * std::fabs(d), squares[k] += part * d * d;
-        }
+    for_subdivision(n, [&](double u, double w) {
+      const auto mix = [&](double p, double q, double r) { return p + u * (q - p) + w * (r - p); };
+      const double x = mix(s.xy[v[0]].x, s.xy[v[1]].x, s.xy[v[2]].x);
+      const double y = mix(s.xy[v[0]].y, s.xy[v[1]].y, s.xy[v[2]].y);
+      const double d = mix(view.d(v[0]), view.d(v[1]), view.d(v[2]));
+      if (x < 0) return;
+      const double share = (y - low) / (high - low);
+      for (const int k : {0, share > 2.0 / 3 ? 1 : share > 1.0 / 3 ? 2 : 3})
+        area[k] += part, net[k] += part * d, absolute[k] += part * std::fabs(d), squares[k] += part * d * d;
+    });
   }
   const auto regions = face_regions(view, FaceParts::thirds, {});
   for (std::size_t k = 0; k < 4; ++k) {
@@ -142,22 +148,19 @@ TEST(FaceRegions, PolygonsOverATiltedFaceBySubdivision) {
     const auto corner = [&](std::size_t k) { return seen(s.xy[v[k]].x, s.xy[v[k]].y, s.z2[v[k]]); };
     turned += triangle_area(corner(0), corner(1), corner(2)) < 0 ? 1 : 0;
     const double part = cell_at(view, i).area / (n * n);
-    for (int a = 0; a < n; ++a)
-      for (int b = 0; a + b < n; ++b)
-        for (int flip = 0; flip < (a + b + 1 < n ? 2 : 1); ++flip) {
-          const double u = (a + (flip ? 2.0 : 1.0) / 3) / n, w = (b + (flip ? 2.0 : 1.0) / 3) / n;
-          const auto mix = [&](double p, double q, double r) { return p + u * (q - p) + w * (r - p); };
-          const double x = mix(s.xy[v[0]].x, s.xy[v[1]].x, s.xy[v[2]].x);
-          const double y = mix(s.xy[v[0]].y, s.xy[v[1]].y, s.xy[v[2]].y);
-          if (x < 0) continue;
-          const double z1 = mix(s.z1[v[0]], s.z1[v[1]], s.z1[v[2]]), z2 = mix(s.z2[v[0]], s.z2[v[1]], s.z2[v[2]]);
-          const double d = z2 - z1;
-          for (std::size_t k = 0; k < 4; ++k) {
-            if (k > 0 && !test::inside(drawn[k - 1], seen(x, y, z2)) && !test::inside(drawn[k - 1], seen(-x, y, z1)))
-              continue;
-            area[k] += part, net[k] += part * d, absolute[k] += part * std::fabs(d), squares[k] += part * d * d;
-          }
-        }
+    for_subdivision(n, [&](double u, double w) {
+      const auto mix = [&](double p, double q, double r) { return p + u * (q - p) + w * (r - p); };
+      const double x = mix(s.xy[v[0]].x, s.xy[v[1]].x, s.xy[v[2]].x);
+      const double y = mix(s.xy[v[0]].y, s.xy[v[1]].y, s.xy[v[2]].y);
+      if (x < 0) return;
+      const double z1 = mix(s.z1[v[0]], s.z1[v[1]], s.z1[v[2]]), z2 = mix(s.z2[v[0]], s.z2[v[1]], s.z2[v[2]]);
+      const double d = z2 - z1;
+      for (std::size_t k = 0; k < 4; ++k) {
+        if (k > 0 && !test::inside(drawn[k - 1], seen(x, y, z2)) && !test::inside(drawn[k - 1], seen(-x, y, z1)))
+          continue;
+        area[k] += part, net[k] += part * d, absolute[k] += part * std::fabs(d), squares[k] += part * d * d;
+      }
+    });
   }
   EXPECT_GT(turned, 3u);
   const auto regions = face_regions(view, polygons, {});

@@ -89,21 +89,36 @@ SHIFT = ["--uncertainty-model", "registration", "--registration-error", "0.1"]
 CURRENTS = ["--measure", "currents", "--sigma", "3"]
 OUT = ["-o", "out"]
 
+# What compare and distance have in common.
+ACTS = {
+    "--output": ("files", [], ["--output", "out"]),
+    "--json": ("stdout", [], ["--json", "-"]),
+    "--direction": ("numbers", [], ["--direction", "0.1,0,1"]),
+    "--duplicates": ("numbers", [], ["--duplicates", "max"]),
+    "--class": ("numbers", [], ["--class", "2"]),
+    "--crop": ("numbers", [], ["--crop", "2,2,20,15"]),
+    "--unit": ("stdout", [], ["--unit", "mm"]),
+    "--pose": ("numbers", [], ["--pose", "pose.txt"]),
+    "--quiet": ("stdout", [], ["--quiet"]),
+    "--verbose": ("stderr", [], ["--verbose"]),
+    "--progress": ("stderr", [], ["--progress", "json"]),
+    "--config": ("numbers", [], ["--config", "options.txt"]),
+}
+WRONG = {
+    "--output": ["--output="], "--json": ["--json="], "--direction": ["--direction", "up"],
+    "--duplicates": ["--duplicates", "some"], "--class": ["--class", "300"], "--pose": ["--pose", "nowhere.txt"],
+    "--threads": ["--threads", "x"], "--progress": ["--progress", "loud"], "--config": ["--config", "nowhere.txt"],
+    "--allow-crs": ["--allow-crs=maybe"], "--quiet": ["--quiet=maybe"], "--verbose": ["--verbose=maybe"],
+}
+
 
 class Compare(OptionsTest):
     ACTS = {
-        "--output": ("files", [], ["--output", "out"]),
-        "--json": ("stdout", [], ["--json", "-"]),
+        **ACTS,
         "--palette": ("files", OUT, [*OUT, "--palette", "purple-orange"]),
         "--flip-palette": ("files", OUT, [*OUT, "--flip-palette"]),
         "--title": ("files", OUT, [*OUT, "--title", "Other"]),
         "--map-width": ("files", OUT, [*OUT, "--map-width", "800"]),
-        "--direction": ("numbers", [], ["--direction", "0.1,0,1"]),
-        "--duplicates": ("numbers", [], ["--duplicates", "max"]),
-        "--class": ("numbers", [], ["--class", "2"]),
-        "--crop": ("numbers", [], ["--crop", "2,2,20,15"]),
-        "--unit": ("stdout", [], ["--unit", "mm"]),
-        "--pose": ("numbers", [], ["--pose", "pose.txt"]),
         "--surface": ("numbers", [], ["--surface", "overlay"]),
         "--measure": ("numbers", [], CURRENTS),
         "--sigma": ("numbers", ["--measure", "currents"], CURRENTS),
@@ -127,15 +142,11 @@ class Compare(OptionsTest):
         "--objective": ("numbers", ["--match"], ["--match", "--objective", "icp-plane"]),
         "--overlap": ("numbers", ["--match"], ["--match", "--overlap", "0.5"]),
         "--freedom": ("numbers", ["--match"], ["--match", "--freedom", "z"]),
-        "--quiet": ("stdout", [], ["--quiet"]),
-        "--verbose": ("stderr", [], ["--verbose"]),
-        "--progress": ("stderr", [], ["--progress", "json"]),
-        "--config": ("numbers", [], ["--config", "options.txt"]),
     }
     WRONG = {
-        "--output": ["--output="], "--json": ["--json="], "--palette": ["--palette", "mud"], "--map-width": ["--map-width", "3"],
-        "--direction": ["--direction", "up"], "--duplicates": ["--duplicates", "some"], "--class": ["--class", "300"],
-        "--crop": ["--crop", "9,0,1,1"], "--unit": ["--unit", "furlong"], "--pose": ["--pose", "nowhere.txt"],
+        **WRONG,
+        "--palette": ["--palette", "mud"], "--map-width": ["--map-width", "3"],
+        "--crop": ["--crop", "9,0,1,1"], "--unit": ["--unit", "furlong"],
         "--surface": ["--surface", "round"], "--measure": ["--measure", "W"], "--sigma": ["--sigma", "3"],
         "--currents-error": ["--currents-error", "0.01"], "--weight": ["--weight", "x +"],
         "--interpolation": ["--interpolation", "quintic"], "--domain": ["--domain", "all"], "--border": ["--border", "soft"],
@@ -147,11 +158,10 @@ class Compare(OptionsTest):
         "--registration-error": ["--registration-error", "0.1"], "--noise-floor": ["--noise-floor", "--surface", "overlay"],
         "--objective": ["--match", "--objective", "luck"], "--coarse": ["--coarse"], "--overlap": ["--match", "--overlap", "2"],
         "--freedom": ["--match", "--freedom", "up"], "--max-iterations": ["--match", "--max-iterations", "0"],
-        "--tolerance": ["--match", "--tolerance", "0"], "--threads": ["--threads", "x"],
-        "--progress": ["--progress", "loud"], "--config": ["--config", "nowhere.txt"],
-        "--allow-crs": ["--allow-crs=maybe"], "--no-layer-check": ["--no-layer-check=maybe"], "--no-map": ["--no-map=maybe"],
+        "--tolerance": ["--match", "--tolerance", "0"],
+        "--no-layer-check": ["--no-layer-check=maybe"], "--no-map": ["--no-map=maybe"],
         "--no-cells": ["--no-cells=maybe"], "--no-points": ["--no-points=maybe"], "--flip-palette": ["--flip-palette=maybe"],
-        "--match": ["--match=maybe"], "--quiet": ["--quiet=maybe"], "--verbose": ["--verbose=maybe"],
+        "--match": ["--match=maybe"],
     }
 
     def test_acts_and_wrong(self):
@@ -200,15 +210,8 @@ HAUSDORFF = ["--measure", "hausdorff", "--tolerance", "1"]
 
 class Distance(OptionsTest):
     ACTS = {
-        "--output": ("files", [], ["--output", "out"]),
-        "--json": ("stdout", [], ["--json", "-"]),
+        **ACTS,
         "--format": ("files", OUT, ["-o", "out", "--format", "csv"]),
-        "--direction": ("numbers", [], ["--direction", "0.1,0,1"]),
-        "--duplicates": ("numbers", [], ["--duplicates", "max"]),
-        "--class": ("numbers", [], ["--class", "2"]),
-        "--crop": ("numbers", [], ["--crop", "2,2,20,15"]),
-        "--unit": ("stdout", [], ["--unit", "mm"]),
-        "--pose": ("numbers", [], ["--pose", "pose.txt"]),
         "--mesh": ("mesh", [], ["--mesh", "delaunay"]),
         "--measure": ("numbers", [], ["--measure", "c2s"]),
         "--tolerance": ("numbers", ["--measure", "hausdorff"], HAUSDORFF),
@@ -218,21 +221,17 @@ class Distance(OptionsTest):
         "--max-depth": ("numbers", M3C2, [*M3C2[:7], "0.05"]),
         "--registration-error": ("numbers", M3C2, [*M3C2, "--registration-error", "0.25"]),
         "--core-points": ("numbers", M3C2, [*M3C2, "--core-points", "cores.xyz"]),
-        "--quiet": ("stdout", [], ["--quiet"]),
-        "--verbose": ("stderr", [], ["--verbose"]),
-        "--progress": ("stderr", [], ["--progress", "json"]),
-        "--config": ("numbers", [], ["--config", "options.txt"]),
     }
     WRONG = {
-        "--output": ["--output="], "--json": ["--json="], "--format": ["--format", "doc"], "--direction": ["--direction", "up"],
-        "--duplicates": ["--duplicates", "some"], "--class": ["--class", "300"], "--crop": ["--crop", "1,2"],
-        "--unit": ["--unit", "mile"], "--pose": ["--pose", "nowhere.txt"], "--mesh": ["--mesh", "voxels"],
+        **WRONG,
+        "--format": ["--format", "doc"],
+        "--crop": ["--crop", "1,2"],
+        "--unit": ["--unit", "mile"], "--mesh": ["--mesh", "voxels"],
         "--measure": ["--measure", "c2x"], "--tolerance": ["--tolerance", "0"], "--samples": ["--samples", "0"],
         "--normal-scale": ["--normal-scale", "-1"], "--projection-scale": ["--projection-scale", "0"],
         "--max-depth": ["--max-depth", "deep"], "--registration-error": ["--registration-error", "-1"],
-        "--core-points": [*M3C2, "--core-points", "nowhere.xyz"], "--threads": ["--threads", "x"],
-        "--progress": ["--progress", "loud"], "--config": ["--config", "nowhere.txt"], "--allow-crs": ["--allow-crs=maybe"],
-        "--quiet": ["--quiet=maybe"], "--verbose": ["--verbose=maybe"],
+        "--core-points": [*M3C2, "--core-points", "nowhere.xyz"],
+
     }
 
     def test_acts_and_wrong(self):

@@ -7,7 +7,6 @@
 
 #include "isopach/apps/motions.hpp"
 #include "isopach/apps/part_fit.hpp"
-#include "isopach/base/first_error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -75,7 +74,7 @@ class Finder {
   LocatedReference run(const std::optional<Pose>& start) {
     const Pose first = start ? *start : coarse();
     frame_ = choose_frame(scan_, reference_, first, project_, context_);
-    both_with_first_error([&] { fixed_ = oriented(scan_, Pose{}); }, [&] { object_ = oriented(reference_, first); });
+    both([&] { fixed_ = oriented(scan_, Pose{}); }, [&] { object_ = oriented(reference_, first); });
     const double noise = std::hypot(fixed_.roughness, object_.roughness);
     flatten(fixed_);
     flatten(object_);

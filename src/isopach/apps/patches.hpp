@@ -1,8 +1,6 @@
 // Patches of 16 neighbouring places: what of the values there a plane does not explain.
 #pragma once
 #include <Eigen/Dense>
-#include <algorithm>
-#include <vector>
 
 #include "isopach/geom/vec.hpp"
 
@@ -32,13 +30,6 @@ inline double patch_variance(const PatchValues<2>& xy, PatchValues<1> values) {
   const int freedom = take_off_plane(xy, values);
   const double root = 1 - 2.0 / (9 * freedom);
   return values.squaredNorm() / (freedom * root * root * root);
-}
-
-/// Of at least one value; the upper of the two middle ones.
-inline double median_of(std::vector<double> values) {
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
 }
 
 }  // namespace isopach

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "isopach/apps/patches.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/sum.hpp"
 
 namespace isopach {
@@ -60,7 +61,7 @@ PointResiduals point_residuals(const Cloud& cloud, const Pose& pose, const Frame
     r.noise = r.std;
     return r;
   }
-  const double variance = median_of(variances);
+  const double variance = median(variances);
   r.noise = std::sqrt(variance);
   r.form = std::sqrt(std::max(0.0, of_means.value() / static_cast<double>(variances.size()) - variance / patch));
   return r;

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "isopach/apps/patches.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/compare.hpp"
@@ -112,7 +113,7 @@ bool compact(const std::vector<DetailSample>& samples, std::size_t begin, std::s
     box.max = {std::max(box.max.x, q.x), std::max(box.max.y, q.y)};
   }
   const double width = box.max.x - box.min.x, depth = box.max.y - box.min.y;
-  const double area = static_cast<double>(end - begin) * std::max(cell, median_of(std::move(steps)));
+  const double area = static_cast<double>(end - begin) * std::max(cell, median(steps));
   return width * width + depth * depth <= 12 * area;
 }
 

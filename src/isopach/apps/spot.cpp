@@ -6,6 +6,7 @@
 
 #include "isopach/apps/heights_below.hpp"
 #include "isopach/apps/patches.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 
 namespace isopach {
@@ -69,7 +70,7 @@ double variance_about(const HeightField& scan, const std::vector<Index>& chosen,
     }
     if (d.allFinite()) variances.push_back(patch_variance(xy, d));
   }
-  return variances.size() < fewest_patches ? std::nan("") : median_of(variances);
+  return variances.size() < fewest_patches ? std::nan("") : median(variances);
 }
 
 }  // namespace

@@ -13,6 +13,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <vector>
 
@@ -96,13 +97,27 @@ template <class T>
   return std::atomic_ref<T>(counter).fetch_add(count, std::memory_order_relaxed);
 }
 
+/// Which error is told must not depend on which of the two was faster: if both throw, that of `f`. Each runs to its
+/// end. Test: Both.* in tests/base/parallel_test.cpp.
 template <class F, class G>
 void both(F&& f, G&& g) {
+  std::exception_ptr of_f, of_g;
+  const auto caught = [](auto& task, std::exception_ptr& error) {
+    try {
+      task();
+    } catch (...) {
+      error = std::current_exception();
+    }
+  };
+  const auto run_f = [&] { caught(f, of_f); };
+  const auto run_g = [&] { caught(g, of_g); };
 #if defined(ISOPACH_STD_THREADS)
-  std_threads::run_both(f, g);
+  std_threads::run_both(run_f, run_g);
 #else
-  oneapi::tbb::parallel_invoke(std::forward<F>(f), std::forward<G>(g));
+  oneapi::tbb::parallel_invoke(run_f, run_g);
 #endif
+  if (of_f) std::rethrow_exception(of_f);
+  if (of_g) std::rethrow_exception(of_g);
 }
 
 }  // namespace isopach

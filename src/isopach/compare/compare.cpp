@@ -6,7 +6,6 @@
 #include <optional>
 #include <utility>
 
-#include "isopach/base/first_error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/currents.hpp"
@@ -38,8 +37,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   clock.start("project");
   c.frame = choose_frame(cloud_a, cloud_b, options.pose, options.project, context);
   HeightField a, b;
-  both_with_first_error([&] { a = project(cloud_a, Pose{}, c.frame, options.project, context); },
-                        [&] { b = project(cloud_b, options.pose, c.frame, options.project, context); });
+  both([&] { a = project(cloud_a, Pose{}, c.frame, options.project, context); },
+       [&] { b = project(cloud_b, options.pose, c.frame, options.project, context); });
   stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
   const stages::AreaOfInterest area(options, !cloud_a.crs.empty() ? cloud_a.crs : cloud_b.crs,
                                     2 * (a.xy.size() + b.xy.size()), c, context);

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/domain.hpp"
@@ -72,9 +73,7 @@ std::vector<Index> border_slivers(const CellView& cells) {
   for (std::size_t i = 0; i < n; i += step)
     if (cells.in_domain[i] != 0) sample.push_back(longest_edge2(cells, i));
   if (sample.empty()) return {};
-  const auto middle = sample.begin() + static_cast<std::ptrdiff_t>(sample.size() / 2);
-  std::nth_element(sample.begin(), middle, sample.end());
-  const double limit = *middle * sliver_length * sliver_length;
+  const double limit = median(sample) * sliver_length * sliver_length;
   const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
   std::vector<bool> seen(n, false);
   std::vector<Index> slivers;

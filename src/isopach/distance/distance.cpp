@@ -7,7 +7,6 @@
 #include <limits>
 #include <memory>
 
-#include "isopach/base/first_error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/stages.hpp"
@@ -232,11 +231,11 @@ class Page {
     const DistanceMeasures& m = o.measures;
     clock_.start("project");
     d_.frame = choose_frame(cloud_a_, cloud_b_, o.pose, o.project, context_);
-    both_with_first_error([&] { load(cloud_a_, Pose{}, a_); }, [&] { load(cloud_b_, o.pose, b_); });
+    both([&] { load(cloud_a_, Pose{}, a_); }, [&] { load(cloud_b_, o.pose, b_); });
     d_.points_a = a_.kept.points.size(), d_.points_b = b_.kept.points.size();
     if (!(m.c2s || m.normal || m.vertical || m.surface || m.hausdorff)) return;
     clock_.start("surface");
-    both_with_first_error([&] { lay(cloud_a_, Pose{}, a_); }, [&] { lay(cloud_b_, o.pose, b_); });
+    both([&] { lay(cloud_a_, Pose{}, a_); }, [&] { lay(cloud_b_, o.pose, b_); });
     d_.faces_a = a_.mesh.faces.size(), d_.faces_b = b_.mesh.faces.size();
     d_.own_faces_a = a_.mesh.own_faces, d_.own_faces_b = b_.mesh.own_faces;
     d_.trimmed_a = a_.mesh.trimmed_area, d_.trimmed_b = b_.mesh.trimmed_area;

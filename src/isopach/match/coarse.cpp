@@ -6,6 +6,7 @@
 #include <optional>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/consensus.hpp"
@@ -90,9 +91,7 @@ class Trials {
     if (trial.share() < least_share) return std::nullopt;
     Array<double> all = trial.residuals[0];
     all.insert(all.end(), trial.residuals[1].begin(), trial.residuals[1].end());
-    const auto middle = all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2);
-    std::nth_element(all.begin(), middle, all.end());
-    trial.middle = *middle;
+    trial.middle = median(all);
     return trial;
   }
   [[nodiscard]] double roughness() const { return std::max(moving_.roughness, fixed_.roughness); }

@@ -3,7 +3,6 @@
 
 #include <cmath>
 
-#include "isopach/base/first_error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
@@ -47,8 +46,8 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   clock.start("project");
   const Frame frame = meshes.frame = choose_frame(fixed, moving, options.pose, options.project, context);
   HeightField &a = meshes.a, &b = meshes.b;
-  both_with_first_error([&] { a = project(fixed, Pose{}, frame, options.project, context); },
-                        [&] { b = project(moving, options.pose, frame, options.project, context); });
+  both([&] { a = project(fixed, Pose{}, frame, options.project, context); },
+       [&] { b = project(moving, options.pose, frame, options.project, context); });
   stages::describe_inputs(fixed, moving, a, b, c, context);
   describe(c, m);
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/patch.hpp"
 
@@ -12,7 +13,6 @@ namespace isopach {
 namespace {
 
 constexpr double patch_bound = 4;             // scales of the patches' means
-constexpr double median_to_sigma = 1.4826;    // of a normal distribution
 constexpr std::size_t patches_of_a_cell = 4;  // of the score
 constexpr std::size_t block = 4096;
 static_assert(block % Residuals::largest_patch == 0);
@@ -175,21 +175,10 @@ void Residuals::sizes_of(const Visit& visit) const {
   }
 }
 
-namespace {
-
-double median(std::vector<double>& values) {
-  if (values.empty()) return 0;
-  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
-  std::nth_element(values.begin(), middle, values.end());
-  return *middle;
-}
-
-}  // namespace
-
 double Residuals::spread() const {
   std::vector<double> sizes;
   sizes_of([&](std::size_t, std::size_t, double size) { sizes.push_back(size); });
-  return median_to_sigma * median(sizes);
+  return mad_to_sigma * median(sizes);
 }
 
 void Residuals::even_out() {
@@ -259,9 +248,7 @@ void Residuals::trust_by_mean() {
   if (means.empty()) return;
   std::vector<double> sizes;
   for (const PatchMean& m : means) sizes.push_back(std::fabs(m.mean));
-  const auto middle = sizes.begin() + static_cast<std::ptrdiff_t>(sizes.size() / 2);
-  std::nth_element(sizes.begin(), middle, sizes.end());
-  const double bound = patch_bound * median_to_sigma * *middle;
+  const double bound = patch_bound * mad_to_sigma * median(sizes);
   for (const PatchMean& m : means) {
     const double u = bound > 0 ? m.mean / bound : (m.mean == 0 ? 0 : 1), v = 1 - u * u;
     sides_[m.side].trust[m.patch] = v > 0 ? v * v : 0;

@@ -375,7 +375,7 @@ class Search {
         finish(residuals, s);
       } else {
         settle(residuals, s, !everything(), 8, 2, 1e-4 * extent_);
-        doubt(residuals, levels_.moving(k), levels_.fixed(k), s);
+        doubt(residuals, k, s);
       }
       motion_ = s.at.motion;
       result_.iterations += s.accepted;
@@ -385,10 +385,11 @@ class Search {
   // Of the motions that no level before has held, those that this one does not hold either: what it knows of them is
   // no more than noise gives. Each level has its say: a thin one misses detail, a dense one has noise in every slope.
   // Noise is what the scans show, each against itself: residuals far from the best motion are more than noise.
-  void doubt(Residuals& residuals, const MatchSurface& moving, const MatchSurface& fixed, Solver& s) {
+  void doubt(Residuals& residuals, std::size_t level, Solver& s) {
     if (doubtful_.cols() == 0 || frozen_.cols() > 0) return;
     s.refresh();
-    const double noise = std::min(residuals.spread(), std::hypot(roughness(moving), roughness(fixed)));
+    const double noise =
+        std::min(residuals.spread(), std::hypot(roughness(levels_.moving(level)), roughness(levels_.fixed(level))));
     const Information info = residuals.information(s.at.motion, s.loss, std::max(floor(), noise), context_);
     Basis still(7, 0);
     for (const Weak& w : weak_within(info, doubtful_, largest_within(info, basis_), true)) {
@@ -412,7 +413,7 @@ class Search {
       s.start(s.at.motion);
       settle(residuals, s, bounded, 1, 1, 1e-5 * extent_);
     }
-    doubt(residuals, levels_.moving(levels_.count() - 1), levels_.fixed(levels_.count() - 1), s);
+    doubt(residuals, levels_.count() - 1, s);
     reweigh(residuals, s, bounded);
     s.negligible = !by_default ? 0 : is_sampled() ? negligible_of_many : negligible;
     s.rejected_within = rejected * s.negligible;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/measure/distribution.hpp"
@@ -71,7 +72,7 @@ Measures measure_all(const Source& cells, const Context& context, std::span<cons
   std::copy_n(found.quantiles.begin() + 1, percentile_levels.size(), d.abs_percentiles.begin());
   for (std::size_t i = 0; i < percentiles.size(); ++i)
     d.more_percentiles.push_back({percentiles[i], found.quantiles[1 + percentile_levels.size() + i]});
-  d.nmad = 1.4826 * found.quantiles.back();
+  d.nmad = mad_to_sigma * found.quantiles.back();
   d.histogram = std::move(found.histogram);
   return m;
 }

@@ -26,15 +26,9 @@ double hausdorff(const Accuracy& a) {
 }
 
 Json input_json(const InputSummary& in, const char* role) {
-  return {{"role", role},
-          {"path", in.path},
-          {"points", in.points},
-          {"nodes", in.nodes},
-          {"unit", in.unit},
-          {"vertical_unit", in.vertical_unit},
-          {"crs", text_or_null(in.crs)},
-          {"format", in.format},
-          {"bounds", {{"min", point(in.bounds.min)}, {"max", point(in.bounds.max)}}}};
+  Json input = aligned_input(in, role);
+  input["bounds"] = {{"min", point(in.bounds.min)}, {"max", point(in.bounds.max)}};
+  return input;
 }
 
 Json parameters_json(const Accuracy& a) {
@@ -104,10 +98,6 @@ Json verdict_json(const std::vector<AccuracyCheck>& checks) {
     passed = passed && c.passed;
   }
   return {{"passed", checks.empty() ? Json(nullptr) : Json(passed)}, {"checks", rows}};
-}
-
-void line(std::string& out, const char* label, const std::string& text) {
-  out += fmt::format("  {:<16}{}\n", label, text);
 }
 
 class Page : public HtmlPage {

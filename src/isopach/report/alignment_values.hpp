@@ -17,6 +17,18 @@ namespace isopach::values {
   return free;
 }
 
+/// A scan that was aligned.
+[[nodiscard]] inline Json aligned_input(const InputSummary& in, const std::string& role) {
+  return {{"role", role},
+          {"path", in.path},
+          {"points", in.points},
+          {"nodes", in.nodes},
+          {"unit", in.unit},
+          {"vertical_unit", in.vertical_unit},
+          {"crs", text_or_null(in.crs)},
+          {"format", in.format}};
+}
+
 /// Adds to `parameters` how scans were aligned, cleaned and bounded; nothing is free where there was no alignment.
 inline void add_alignment(Json& parameters, const MatchOptions& m, bool aligned, const std::string& unit) {
   const CompareOptions& c = m.compare;

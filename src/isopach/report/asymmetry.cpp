@@ -124,10 +124,6 @@ std::string direction_words(const Asymmetry& a, Typography t) {
          (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
 }
 
-void line(std::string& out, const char* label, const std::string& text) {
-  out += fmt::format("  {:<16}{}\n", label, text);
-}
-
 class Page : public HtmlPage {
  public:
   Page(const Asymmetry& a, const std::string& json, const MapOptions& look)

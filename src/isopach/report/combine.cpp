@@ -37,10 +37,6 @@ Json located_json(const LocatedReference& l) {
 
 Json maybe_matrix(const std::optional<Pose>& pose) { return pose ? matrix(*pose) : Json(nullptr); }
 
-void line(std::string& out, const char* label, const std::string& text) {
-  out += fmt::format("  {:<16}{}\n", label, text);
-}
-
 std::string located_line(const LocatedReference& l, const std::string& unit) {
   return fmt::format("{} % of the object found, {} % of the scan is the object, fit {} {} (RMS)",
                      fixed_number(100 * l.share, 1, ascii), fixed_number(100 * l.covered, 1, ascii),

@@ -114,7 +114,7 @@ Json m3c2_json(const std::optional<M3c2Result>& m) {
 class Summary {
  public:
   explicit Summary(const Distances& d) : unit_(unit_text(d.unit)) {}
-  void line(const std::string& label, const std::string& text) { out_ += fmt::format("  {:<16}{}\n", label, text); }
+  void line(const std::string& label, const std::string& text) { isopach::line(out_, label, text); }
   void free_line(const std::string& text) { out_ += text + "\n"; }
   [[nodiscard]] std::string length(double v) const { return number(v, plain) + " " + unit_; }
   [[nodiscard]] std::string signed_length(double v) const { return signed_number(v, plain) + " " + unit_; }

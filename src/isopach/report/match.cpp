@@ -58,17 +58,6 @@ Json pose_json(const Matching& m) {
           {"local", {{"origin", point(m.centre)}, {"matrix", matrix(local)}}}};
 }
 
-Json input_json(const InputSummary& in) {
-  return {{"role", in.role},
-          {"path", in.path},
-          {"points", in.points},
-          {"nodes", in.nodes},
-          {"unit", in.unit},
-          {"vertical_unit", in.vertical_unit},
-          {"crs", text_or_null(in.crs)},
-          {"format", in.format}};
-}
-
 Json pairs_json(const Matching& m) {
   if (m.options.objective != Objective::icp_point && m.options.objective != Objective::icp_plane) return nullptr;
   const IcpOptions& o = m.options.icp;
@@ -111,10 +100,6 @@ std::size_t stable_points(const Matching& m) {
   return static_cast<std::size_t>(std::count(m.stable.begin(), m.stable.end(), 1));
 }
 
-void line(std::string& out, const char* label, const std::string& text) {
-  out += fmt::format("  {:<16}{}\n", label, text);
-}
-
 std::string fit_line(const Fit& f, const std::string& unit) {
   return fmt::format("rho {} {}, rms {} {}, coverage {} %", number(f.rho, plain), unit, number(f.rms, plain), unit,
                      fixed_number(100 * f.coverage, 1, plain));
@@ -135,26 +120,27 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
   Json history = Json::array();
   for (const MatchStep& s : m.history)
     history.push_back({{"rho", real(s.rho)}, {"rms", real(s.rms)}, {"share", real(s.share)}});
-  const Json report = {{"schema", "isopach.match/1"},
-                       {"tool", {{"name", tool_name}, {"version", version}}},
-                       {"inputs", Json::array({input_json(m.moving), input_json(m.fixed)})},
-                       {"objective", to_text(m.options.objective)},
-                       {"parameters", parameters_json(m)},
-                       {"pose", pose_json(m)},
-                       {"iterations", m.iterations},
-                       {"converged", m.converged},
-                       {"reason", m.reason},
-                       {"history", history},
-                       {"before", fit_json(m.before)},
-                       {"after", fit_json(m.after)},
-                       {"overlap", real(m.overlap)},
-                       {"stable_points", stable_points(m)},
-                       {"covariance", covariance(m.covariance)},
-                       {"centre", point(m.centre)},
-                       {"weak_directions", m.weak_directions},
-                       {"outputs", outputs},
-                       {"warnings", m.warnings},
-                       {"timing_s", timing(m.timing)}};
+  const Json report = {
+      {"schema", "isopach.match/1"},
+      {"tool", {{"name", tool_name}, {"version", version}}},
+      {"inputs", Json::array({aligned_input(m.moving, m.moving.role), aligned_input(m.fixed, m.fixed.role)})},
+      {"objective", to_text(m.options.objective)},
+      {"parameters", parameters_json(m)},
+      {"pose", pose_json(m)},
+      {"iterations", m.iterations},
+      {"converged", m.converged},
+      {"reason", m.reason},
+      {"history", history},
+      {"before", fit_json(m.before)},
+      {"after", fit_json(m.after)},
+      {"overlap", real(m.overlap)},
+      {"stable_points", stable_points(m)},
+      {"covariance", covariance(m.covariance)},
+      {"centre", point(m.centre)},
+      {"weak_directions", m.weak_directions},
+      {"outputs", outputs},
+      {"warnings", m.warnings},
+      {"timing_s", timing(m.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -120,7 +120,7 @@ Json change_json(const Roughness& r) {
 class Summary {
  public:
   explicit Summary(const Roughness& r) : r_(r), unit_(unit_text(r.unit)) {}
-  void line(const std::string& label, const std::string& text) { out_ += fmt::format("  {:<16}{}\n", label, text); }
+  void line(const std::string& label, const std::string& text) { isopach::line(out_, label, text); }
   void free_line(const std::string& text) { out_ += text + "\n"; }
   [[nodiscard]] std::string length(double v) const { return number(v, plain) + " " + unit_; }
   [[nodiscard]] const std::string& str() const { return out_; }

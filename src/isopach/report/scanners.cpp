@@ -58,10 +58,6 @@ std::string words_of(const Scanners& s) {
   return std::string(a ? "A" : "B") + " resolves finer detail than " + (a ? "B" : "A");
 }
 
-void line(std::string& out, const char* label, const std::string& text) {
-  out += fmt::format("  {:<16}{}\n", label, text);
-}
-
 class Page : public HtmlPage {
  public:
   Page(const Scanners& s, const std::string& json, const MapOptions& look)

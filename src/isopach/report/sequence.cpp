@@ -2,9 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <numbers>
 
+#include "isopach/base/median.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/values.hpp"
 #include "isopach/report/words.hpp"
@@ -66,17 +66,11 @@ Json parameters_json(const SequenceResult& r) {
           {"unit", r.unit}};
 }
 
-void line(std::string& out, const char* label, const std::string& text) {
-  out += fmt::format("  {:<16}{}\n", label, text);
-}
-
 double median_of(const SequenceResult& r, double FrameMotion::*value) {
   std::vector<double> all;
   for (const FrameMotion& f : r.frames)
     if (f.skipped.empty()) all.push_back(f.*value);
-  if (all.empty()) return 0;
-  std::nth_element(all.begin(), all.begin() + static_cast<std::ptrdiff_t>(all.size() / 2), all.end());
-  return all[all.size() / 2];
+  return median(all);
 }
 
 std::string place(const Point3& p) {

@@ -21,7 +21,7 @@ class Summary {
     unit_width_ = std::max(6, static_cast<int>(letters));
   }
 
-  void line(const std::string& label, const std::string& text) { out_ += fmt::format("  {:<16}{}\n", label, text); }
+  void line(const std::string& label, const std::string& text) { isopach::line(out_, label, text); }
   /// A number right-aligned before its unit and a remark.
   void value(const std::string& label, const std::string& digits, int power, const std::string& remark) {
     line(label, fmt::format("{:>12} {:<{}} {}", digits, measured_unit(c_, power), unit_width_, remark));

@@ -261,4 +261,8 @@ const char* to_text(Direction::Kind kind) {
   return "";
 }
 
+void line(std::string& out, std::string_view label, std::string_view text) {
+  out += fmt::format("  {:<16}{}\n", label, text);
+}
+
 }  // namespace isopach

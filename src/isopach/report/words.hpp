@@ -73,4 +73,7 @@ inline constexpr std::string_view sign_rule = "d = B − A, positive where B lie
 inline constexpr const char* noise_note =
     "noise and interpolation count as gain here and as loss there; in the net they cancel";
 
+/// A line of a summary: the label in its column, then the text.
+void line(std::string& out, std::string_view label, std::string_view text);
+
 }  // namespace isopach

@@ -1,4 +1,4 @@
-#include "isopach/base/first_error.hpp"
+#include "isopach/base/parallel.hpp"
 
 #include <gtest/gtest.h>
 
@@ -19,7 +19,7 @@ std::string told(bool first, bool second, int wait_first, int wait_second) {
   std::string error = "none";
   run_with_threads(2, [&] {
     try {
-      both_with_first_error([&] { fail(first, wait_first, "first"); }, [&] { fail(second, wait_second, "second"); });
+      both([&] { fail(first, wait_first, "first"); }, [&] { fail(second, wait_second, "second"); });
     } catch (const std::runtime_error& e) {
       error = e.what();
     }
@@ -27,7 +27,7 @@ std::string told(bool first, bool second, int wait_first, int wait_second) {
   return error;
 }
 
-TEST(FirstError, IsThatOfTheFirstTaskWhicheverIsFaster) {
+TEST(Both, TellsTheErrorOfTheFirstTaskWhicheverIsFaster) {
   EXPECT_EQ(told(true, true, 20, 0), "first");
   EXPECT_EQ(told(true, true, 0, 20), "first");
   EXPECT_EQ(told(false, true, 20, 0), "second");
