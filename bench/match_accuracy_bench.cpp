@@ -1,5 +1,5 @@
 // How often matching ends where it should: match_accuracy_bench [STARTS [POINTS [PAIR]]] prints
-// docs/matching-benchmark.md; with the name of a pair its row alone.
+// docs/matching-benchmark.md; with the name of a pair its row alone, with `times` the times at POINTS alone.
 //
 // Every start has scans of its own (seed of the noise and of the sampling), cut to an overlap of its own, moved by a
 // rotation and a shift of its own. Beside what matching reaches stands what no method could better: the Cramér-Rao
@@ -8,6 +8,7 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <ctime>
@@ -16,6 +17,7 @@
 #include <string>
 #include <vector>
 
+#include "isopach/base/median.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/match/match.hpp"
@@ -27,6 +29,7 @@ namespace isopach {
 namespace {
 
 constexpr double degree_target = 0.005, shift_target = 2e-5;
+constexpr int time_runs = 5;
 
 struct Pair {
   std::string name, scene, variant;
@@ -314,32 +317,43 @@ void coarse(std::size_t starts, std::size_t n) {
 
 double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
+double median_of(std::vector<double> values) { return median(values); }
+
 // Time of the processor, all threads together: what else runs on the machine hardly changes it.
 void times(const std::vector<std::size_t>& sizes) {
   fmt::print(
-      "\n## Time\n\nThe first start of the face, medians of five, one thread, time of the processor: reading and the "
-      "two comparisons not counted.\n\n| points of A | to the pose | of it the search | per point | rotation error "
-      "|\n|---|---|---|---|---|\n");
+      "\n## Time\n\nThe first start of the face, medians of {}, one thread, time of the processor: reading and the "
+      "two comparisons not counted. Per point of both scans: all of it, then its stages. Last, the same with two "
+      "threads by the clock on the wall.\n\n| points of A | to the pose | per point | project | triangulate | border | "
+      "facets | search | rotation error | two threads |\n|---|---|---|---|---|---|---|---|---|---|\n",
+      time_runs);
   for (const std::size_t n : sizes) {
     const Start start = make_start(pairs[2], n, 1, 0.6);
-    std::vector<double> totals, searches;
+    const auto points = static_cast<double>(start.moving.points.size() + start.fixed.points.size());
+    std::vector<double> totals, walls;
+    std::array<std::vector<double>, 5> stages;
     double degrees = 0;
-    for (int i = 0; i < 5; ++i) {
+    for (int i = 0; i < 2 * time_runs; ++i) {
       MatchOptions options;
       options.compare.check_layers = false;
       options.judge = false;
       Context context;
-      context.threads = 1;
+      context.threads = 1 + i % 2;
       const double before = seconds();
       const Matching m = match(start.moving, start.fixed, options, context);
-      totals.push_back(seconds() - before);
-      searches.push_back(totals.back() * m.timing.stages.back().second / m.timing.total);
+      const double used = seconds() - before;
       degrees = test::off_identity(test::chained(m.pose, start.away), start.middle).degrees;
+      if (context.threads > 1) {
+        walls.push_back(m.timing.total);
+        continue;
+      }
+      totals.push_back(used);
+      for (std::size_t k = 0; k < stages.size(); ++k)
+        stages[k].push_back(1e9 * used / points * m.timing.stages.at(k).second / m.timing.total);
     }
-    std::sort(totals.begin(), totals.end()), std::sort(searches.begin(), searches.end());
-    const auto points = static_cast<double>(start.moving.points.size() + start.fixed.points.size());
-    fmt::print("| {} | {:.3f} s | {:.0f} % | {:.0f} ns | {:.4f}° |\n", n, totals[2], 100 * searches[2] / totals[2],
-               1e9 * totals[2] / points, degrees);
+    fmt::print("| {} | {:.3f} s | {:.0f} ns |", n, median_of(totals), 1e9 * median_of(totals) / points);
+    for (const std::vector<double>& stage : stages) fmt::print(" {:.0f} ns |", median_of(stage));
+    fmt::print(" {:.4f}° | {:.3f} s |\n", degrees, median_of(walls));
     std::fflush(stdout);
   }
 }
@@ -357,6 +371,10 @@ int main(int argc, char** argv) {
       "`isopach match --pose-only` from each start, without --coarse but in its own table.\n\n",
       starts, n);
   const std::string only = argc > 3 ? argv[3] : "";
+  if (only == "times") {
+    times({n});
+    return 0;
+  }
   accuracy(starts, n, only);
   if (!only.empty()) return 0;
   change(std::max<std::size_t>(4, starts / 5), n);

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -20,15 +21,6 @@ double longest_edge2(const Triangle& t, std::span<const Point2> xy) {
   return std::max({squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)});
 }
 
-/// By node: a half-edge that starts there (which one is left to chance: what is made of it is a set).
-Array<HalfEdge> leaving_edges(const Triangulation& t) {
-  Array<HalfEdge> leaving(t.nodes);
-  for_each_index(t.real, [&](std::size_t i) {
-    for (Index k = 0; k < 3; ++k) write_shared(leaving[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));
-  });
-  return leaving;
-}
-
 /// f(h) for every half-edge h that starts at the origin of `first`, those to the infinite node included.
 template <class F>
 void for_edges_round(const Triangulation& t, HalfEdge first, F&& f) {
@@ -39,41 +31,73 @@ void for_edges_round(const Triangulation& t, HalfEdge first, F&& f) {
   } while (h != first);
 }
 
-/// Square of the third-shortest edge at a node; of the longest where there are fewer.
-double third_edge2(const Triangulation& t, std::span<const Point2> xy, Index node, HalfEdge leaving) {
-  double first = -1, second = -1, third = -1;  // ascending from the first that is not negative
-  int count = 0;
-  for_edges_round(t, leaving, [&](HalfEdge h) {
-    if (t.target(h) == no_index) return;
-    double length2 = squared_distance(xy[node], xy[t.target(h)]);
-    if (count++ < 3) {
-      first = second, second = third, third = length2;
-      if (second > third) std::swap(second, third);
-      if (first > second) std::swap(first, second);
-      if (second > third) std::swap(second, third);
-    } else if (length2 < third) {
-      if (length2 < second) std::swap(length2, second);
-      if (second < first) std::swap(first, second);
-      third = length2;
-    }
-  });
+/// Squared lengths of the three shortest edges at a node, ascending; infinite where there are fewer.
+class ShortestEdges {
+ public:
+  /// Without branches: which of them a length displaces is left to chance.
+  void add(double length2) {
+    const double second = std::max(a_, length2), third = std::max(b_, second);
+    a_ = std::min(a_, length2), b_ = std::min(b_, second), c_ = std::min(c_, third);
+  }
+  /// The third; the longest where there are fewer.
+  [[nodiscard]] double third() const { return std::isfinite(c_) ? c_ : std::isfinite(b_) ? b_ : a_; }
+
+ private:
+  static constexpr double none = std::numeric_limits<double>::infinity();
+  double a_ = none, b_ = none, c_ = none;
+};
+
+/// By node: square of the third-shortest edge; of the longest where there are fewer. One pass over the triangles, each
+/// of whose half-edges counts at its origin. Triangles lie in memory as their nodes do, so a block of them writes to a
+/// range of nodes of its own and keeps the few edges that start elsewhere for the end: the order of edges is no matter.
+Array<double> squared_third_edges(const Triangulation& t, std::span<const Point2> xy) {
+  constexpr std::size_t block = std::size_t{1} << 15;
+  struct Edge {
+    Index origin;
+    double length2;
+  };
+  using Edges = std::vector<Edge>;
+  Array<ShortestEdges> shortest(t.nodes);
+  const auto first_node = [&](std::size_t triangle) { return static_cast<Index>(triangle * t.nodes / t.real); };
+  const Edges elsewhere = reduce_blocks<Edges>(
+      t.real, block,
+      [&](std::size_t begin, std::size_t end) {
+        const Index first = first_node(begin), last = first_node(end);
+        Edges others;
+        std::fill(shortest.begin() + first, shortest.begin() + last, ShortestEdges{});
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto& v = t.triangles[i].v;
+          const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+          const std::array<double, 3> length2{squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)};
+          for (std::size_t k = 0; k < 3; ++k)
+            if (v[k] >= first && v[k] < last)
+              shortest[v[k]].add(length2[k]);
+            else
+              others.push_back({v[k], length2[k]});
+        }
+        return others;
+      },
+      [](Edges& all, const Edges& part) { all.insert(all.end(), part.begin(), part.end()); });
+  for (const Edge& e : elsewhere) shortest[e.origin].add(e.length2);
+  for (std::size_t i = t.real; i < t.triangles.size(); ++i) {  // sides of the hull, from their other ends
+    const auto& v = t.triangles[i].v;
+    shortest[v[0]].add(squared_distance(xy[v[0]], xy[v[1]]));
+  }
+  Array<double> third(t.nodes);
+  for_each_index(t.nodes, [&](std::size_t i) { third[i] = shortest[i].third(); });
   return third;
 }
 
-Array<double> squared_spacings(const Triangulation& t, std::span<const Point2> xy, const Array<HalfEdge>& leaving) {
-  Array<double> own(t.nodes), spacing(t.nodes);
-  for_each_index(t.nodes, [&](std::size_t i) { own[i] = third_edge2(t, xy, static_cast<Index>(i), leaving[i]); });
-  for_each_index(t.nodes, [&](std::size_t i) {
-    double longest = 0, second = 0;
-    for_edges_round(t, leaving[i], [&](HalfEdge h) {
-      if (t.target(h) == no_index) return;
-      const double of_neighbour = own[t.target(h)];
-      second = std::max(second, std::min(longest, of_neighbour));
-      longest = std::max(longest, of_neighbour);
-    });
-    spacing[i] = std::min(own[i], second);
+/// Square of the spacing at the origin of `leaving`, from those of `squared_third_edges`.
+double squared_spacing(const Triangulation& t, const Array<double>& third2, HalfEdge leaving) {
+  double longest = 0, second = 0;
+  for_edges_round(t, leaving, [&](HalfEdge h) {
+    if (t.target(h) == no_index) return;
+    const double of_neighbour = third2[t.target(h)];
+    second = std::max(second, std::min(longest, of_neighbour));
+    longest = std::max(longest, of_neighbour);
   });
-  return spacing;
+  return std::min(third2[t.origin(leaving)], second);
 }
 
 /// abc / 4A: the area of a thin triangle exactly, before it is rounded.
@@ -90,8 +114,7 @@ double circumradius(const Triangle& t, std::span<const Point2> xy) {
 enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
 
 void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned char>& mark) {
-  const Array<HalfEdge> leaving = leaving_edges(t);
-  const Array<double> spacing2 = squared_spacings(t, xy, leaving);
+  const Array<double> third2 = squared_third_edges(t, xy);
   std::vector<Index> front = reduce_blocks<std::vector<Index>>(
       t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
@@ -99,9 +122,15 @@ void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned cha
         for (std::size_t i = begin; i < end; ++i) {
           const Triangle& triangle = t.triangles[i];
           const double length2 = longest_edge2(triangle, xy);
-          const double s2 = std::max({spacing2[triangle.v[0]], spacing2[triangle.v[1]], spacing2[triangle.v[2]]});
-          mark[i] = length2 > rim_stretch * rim_stretch * s2 ? stretched : kept;
-          if (mark[i] == kept) continue;
+          // Each corner has the other two as neighbours, so no spacing is less than the least of the three.
+          const double least = std::min({third2[triangle.v[0]], third2[triangle.v[1]], third2[triangle.v[2]]});
+          mark[i] = kept;
+          if (length2 <= rim_stretch * rim_stretch * least) continue;
+          double s2 = 0;
+          for (Index k = 0; k < 3; ++k)
+            s2 = std::max(s2, squared_spacing(t, third2, half_edge(static_cast<Index>(i), k)));
+          if (length2 <= rim_stretch * rim_stretch * s2) continue;
+          mark[i] = stretched;
           const bool at_hull =
               std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) { return t.is_ghost(triangle_of(h)); });
           if (!at_hull && length2 <= gap_stretch * gap_stretch * s2) continue;
