@@ -84,6 +84,33 @@ TEST(Residuals, SumOfSquaresIsThatOfEveryTriangleTried) {
   }
 }
 
+// Weights that change without a motion: the same bits as by looking for every node again.
+TEST(Residuals, NewWeightsAtTheSameMotion) {
+  MatchSurface moving = surface(test::uniform(3000, 1), 4), fixed = surface(test::uniform(2500, 2), 5);
+  test::Random random(6);
+  Array<double> mu;
+  for (std::size_t i = 0; i < fixed.xy.size(); ++i) mu.push_back(random.uniform());
+  weigh(fixed, mu);
+  for (const std::size_t stride : {1, 3}) {
+    Residuals r(moving, fixed, {0.4, 0.6, 0.1}, 0.5);
+    r.sample(stride);
+    const Motion motion = some_motion(0.02);
+    const ResidualSums before = r.evaluate(motion, squares, {});
+    r.even_out();
+    r.trust_share(0.7);
+    const Loss loss{Loss::Kind::tukey, r.spread()};
+    const ResidualSums again = r.reweighed(motion, loss, {}), anew = r.evaluate(motion, loss, {});
+    EXPECT_LT(again.trusted, before.trusted);
+    EXPECT_EQ(again.nodes, before.nodes);
+    EXPECT_EQ(again.h.m, anew.h.m);
+    EXPECT_EQ(again.b, anew.b);
+    for (const auto sum : {&ResidualSums::area, &ResidualSums::trusted, &ResidualSums::loss, &ResidualSums::fitted,
+                           &ResidualSums::volume, &ResidualSums::within, &ResidualSums::squares,
+                           &ResidualSums::curvature, &ResidualSums::bend})
+      EXPECT_EQ(again.*sum, anew.*sum);
+  }
+}
+
 // Along a step so small that no node changes its facet the loss is a smooth function.
 TEST(Residuals, DerivativesAreThoseOfDifferences) {
   const MatchSurface moving = sharp(surface(test::uniform(150, 1), 4)),

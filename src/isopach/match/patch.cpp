@@ -26,9 +26,6 @@ Index beyond(const MatchSurface& s, Index triangle, Seen side) {
   return triangle_of(s.t.triangles[triangle].n[static_cast<std::size_t>(side) - 1]);
 }
 
-// Facets lie in memory nearly as the nodes that are looked up in them: nearly.
-constexpr std::size_t ahead = 16;
-
 /// Where the node is, from the triangle it was in before: over facets as long as they tell where to go, then by exact
 /// predicates. False where there is no surface.
 bool locate_again(const MatchSurface& target, const Point2& q, Index& hint, std::uint64_t& visited) {
@@ -136,25 +133,44 @@ void PatchRows::gather(ResidualSide& side, const View& view, std::size_t begin, 
                        std::uint64_t& visited) {
   find(side, view, begin, end, last, visited);
   const MatchSurface &nodes = *side.nodes, &target = *side.target;
-  const float* factors = side.factors();
-  const bool is_weighted = !target.facet_weight.empty();
   std::size_t k = 0;
   for (std::size_t found = 0; found < count_; ++found) {
     if (!is_over_[found]) continue;
     const Index i = node_[found], at = side.hint[i];
     const Point3 there = there_[found];
     const Facet& f = target.facets[at];
-    node_[k] = i;
-    vertical_[k] = (there.z - (f.z + f.gx * (there.x - f.x) + f.gy * (there.y - f.y))) * view.size;
-    area_[k] = is_weighted ? nodes.weight[i] * facet_weight(target, at) : nodes.weight[i];
     const Point3 arm = view.arm(moving_nodes ? there : Point3{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]});
-    arm_x_[k] = static_cast<float>(arm.x), arm_y_[k] = static_cast<float>(arm.y), arm_z_[k] = static_cast<float>(arm.z);
-    gx_[k] = f.smooth_gx, gy_[k] = f.smooth_gy;
-    factor_[k] = factors[at];
+    const ResidualRow row =
+        side.row[i] = {(there.z - (f.z + f.gx * (there.x - f.x) + f.gy * (there.y - f.y))) * view.size,
+                       static_cast<float>(arm.x),
+                       static_cast<float>(arm.y),
+                       static_cast<float>(arm.z),
+                       f.smooth_gx,
+                       f.smooth_gy};
+    take(side, k, i, row);
     ++k;
   }
   count_ = k;
   pad();
+}
+
+void PatchRows::recall(const ResidualSide& side, std::size_t begin, std::size_t end) {
+  count_ = 0;
+  for (std::size_t i = begin; i < end; ++i)
+    if (!std::isnan(side.n[i])) take(side, count_++, static_cast<Index>(i), side.row[i]);
+  pad();
+}
+
+[[gnu::always_inline]] inline void PatchRows::take(const ResidualSide& side, std::size_t k, Index i,
+                                                   const ResidualRow& row) {
+  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  const Index at = side.hint[i];
+  node_[k] = i;
+  vertical_[k] = row.vertical;
+  area_[k] = target.facet_weight.empty() ? nodes.weight[i] : nodes.weight[i] * facet_weight(target, at);
+  arm_x_[k] = row.arm_x, arm_y_[k] = row.arm_y, arm_z_[k] = row.arm_z;
+  gx_[k] = row.smooth_gx, gy_[k] = row.smooth_gy;
+  factor_[k] = side.factors()[at];
 }
 
 void PatchRows::pad() {

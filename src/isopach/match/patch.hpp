@@ -13,6 +13,9 @@
 
 namespace isopach {
 
+// Facets lie in memory nearly as the nodes that are looked up in them: nearly. So many nodes ahead they are fetched.
+inline constexpr std::size_t ahead = 16;
+
 inline constexpr double huber_bound = 1.345, tukey_bound = 4.685;
 
 /// The weight of a residual: the derivative of its loss over n.
@@ -84,6 +87,8 @@ class PatchRows {
   template <bool moving_nodes>
   void gather(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
               std::uint64_t& visited);
+  /// The same at the motion that `gather` was last called for, with the weights and factors of now.
+  void recall(const ResidualSide& side, std::size_t begin, std::size_t end);
   /// What they count; adds all sums but the equations.
   void weigh(ResidualSide& side, const Loss& loss, std::size_t patch, ResidualSums& sums);
   template <bool moving_nodes>
@@ -100,6 +105,8 @@ class PatchRows {
   /// memory has answered for all.
   void find(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
             std::uint64_t& visited);
+  /// Row k: node i.
+  void take(const ResidualSide& side, std::size_t k, Index i, const ResidualRow& row);
   void pad();
   template <std::size_t row>
   void add_row(double*& out, ResidualSums& sums) const;

@@ -1,6 +1,7 @@
 #include "isopach/match/residuals.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 
@@ -35,13 +36,16 @@ void add_to(ResidualSums& total, const ResidualSums& part) {
 
 template <bool moving_nodes>
 ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
-                            std::size_t stride, std::size_t begin, std::size_t end) {
+                            std::size_t stride, bool again, std::size_t begin, std::size_t end) {
   ResidualSums sums;
   PatchRows rows;
   Index last = 0;
   for (std::size_t first = begin; first < end; first += patch) {
     if (first / patch % stride != 0) continue;
-    rows.gather<moving_nodes>(side, view, first, std::min(end, first + patch), last, sums.visited);
+    if (again)
+      rows.recall(side, first, std::min(end, first + patch));
+    else
+      rows.gather<moving_nodes>(side, view, first, std::min(end, first + patch), last, sums.visited);
     rows.weigh(side, loss, first / patch, sums);
     rows.add_equations<moving_nodes>(view, sums);
   }
@@ -49,13 +53,13 @@ ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& lo
 }
 
 ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Loss& loss, const Point3& centre,
-                           double length, std::size_t patch, std::size_t stride) {
+                           double length, std::size_t patch, std::size_t stride, bool again) {
   const View view(side, motion, centre, length);
   return reduce_blocks<ResidualSums>(
       side.nodes->xy.size(), block,
       [&](std::size_t begin, std::size_t end) {
-        return side.moving_nodes ? evaluate_block<true>(side, view, loss, patch, stride, begin, end)
-                                 : evaluate_block<false>(side, view, loss, patch, stride, begin, end);
+        return side.moving_nodes ? evaluate_block<true>(side, view, loss, patch, stride, again, begin, end)
+                                 : evaluate_block<false>(side, view, loss, patch, stride, again, begin, end);
       },
       add_to);
 }
@@ -78,18 +82,21 @@ void add_slope_noise(const MatchSurface& s, const Array<SlopeNoise>& slopes, Ind
 
 Point3 normal_of(const Facet& f, double factor) { return {-f.smooth_gx * factor, -f.smooth_gy * factor, factor}; }
 
-/// What each node of a side with a weight brings along: f(node, place there, facet, weight).
+/// What each node of a side with a weight brings along: f(node, place there, facet, weight). `begin`: of a patch.
 template <class F>
 void for_fitted(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch, std::size_t begin,
                 std::size_t end, const F& f) {
   const MatchSurface &nodes = *side.nodes, &target = *side.target;
-  for (std::size_t i = begin; i < end; ++i) {
-    if (std::isnan(side.n[i])) continue;
-    const double weight =
-        nodes.weight[i] * facet_weight(target, side.hint[i]) * side.trust[i / patch] * weight_of(loss, side.n[i]);
-    if (!(weight > 0)) continue;
-    const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]};
-    f(i, own, view.there(own), target.facets[side.hint[i]], weight);
+  for (std::size_t first = begin; first < end; first += patch) {
+    const double trust = side.trust[first / patch];
+    for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
+      if (i + ahead < end && side.hint[i + ahead] < target.t.real) prefetch(&target.facets[side.hint[i + ahead]]);
+      if (std::isnan(side.n[i])) continue;
+      const double weight = nodes.weight[i] * facet_weight(target, side.hint[i]) * trust * weight_of(loss, side.n[i]);
+      if (!(weight > 0)) continue;
+      const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]};
+      f(i, own, view.there(own), target.facets[side.hint[i]], weight);
+    }
   }
 }
 
@@ -112,13 +119,14 @@ template <bool moving_nodes>
 std::vector<Vector7> scores_of(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
                                std::size_t cell) {
   const std::size_t moving = moving_nodes ? side.nodes->xy.size() : side.target->xy.size();
+  const int shift = std::countr_zero(cell);  // a power of two
   std::vector<Vector7> scores((moving + cell - 1) / cell, Vector7{});
   for_fitted(side, view, loss, patch, 0, side.n.size(),
              [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
                const Index at = side.hint[i];
                const Point3 normal = normal_of(f, side.factors()[at]);
                const Vector7 j = view.derivative<moving_nodes>(own, there, normal, side.n[i]);
-               Vector7& score = scores[(moving_nodes ? i : side.target->t.triangles[at].v[0]) / cell];
+               Vector7& score = scores[(moving_nodes ? i : side.target->t.triangles[at].v[0]) >> shift];
                for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
              });
   return scores;
@@ -138,6 +146,7 @@ Residuals::Residuals(const MatchSurface& moving, const MatchSurface& fixed, cons
     const std::size_t n = side.nodes->xy.size();
     side.hint.assign(n, no_index);
     side.n.assign(n, std::numeric_limits<double>::quiet_NaN());
+    side.row.resize(n);
     side.trust.assign((n + patch_ - 1) / patch_, 1.0);
     side.bend.assign(side.trust.size(), 0.0);
   }
@@ -147,12 +156,12 @@ Twist Residuals::twist(const Vector7& step) const {
   return {step[0] / length_, step[1] / length_, step[2] / length_, step[3], step[4], step[5], step[6] / length_};
 }
 
-ResidualSums Residuals::evaluate(const Motion& motion, const Loss& loss, const Context& context) {
+ResidualSums Residuals::evaluate(const Motion& motion, const Loss& loss, bool again, const Context& context) {
   context.check();
   ResidualSums parts[2];
   if (sides_[0].target->t.real == 0 || sides_[1].target->t.real == 0) return parts[0];
-  both([&] { parts[0] = evaluate_side(sides_[0], motion, loss, centre_, length_, patch_, stride_); },
-       [&] { parts[1] = evaluate_side(sides_[1], motion, loss, centre_, length_, patch_, stride_); });
+  both([&] { parts[0] = evaluate_side(sides_[0], motion, loss, centre_, length_, patch_, stride_, again); },
+       [&] { parts[1] = evaluate_side(sides_[1], motion, loss, centre_, length_, patch_, stride_, again); });
   add_to(parts[0], parts[1]);
   return parts[0];
 }
@@ -168,10 +177,15 @@ void Residuals::sizes_of(const Visit& visit) const {
   for (std::size_t s = 0; s < 2; ++s) {
     const ResidualSide& side = sides_[s];
     const std::size_t stride = 1 + side.n.size() / stride_ / enough;
-    std::size_t seen = 0;
-    for (std::size_t i = 0; i < side.n.size(); ++i)
-      if (!std::isnan(side.n[i]) && side.trust[i / patch_] > 0 && seen++ % stride == 0)
-        visit(s, i, std::fabs(side.n[i]));
+    std::size_t to_skip = 0;
+    for (std::size_t p = 0; p < side.trust.size(); p += stride_) {
+      if (!(side.trust[p] > 0)) continue;
+      for (std::size_t i = p * patch_; i < std::min(side.n.size(), (p + 1) * patch_); ++i) {
+        if (std::isnan(side.n[i])) continue;
+        if (to_skip == 0) visit(s, i, std::fabs(side.n[i]));
+        to_skip = to_skip == 0 ? stride - 1 : to_skip - 1;
+      }
+    }
   }
 }
 
@@ -217,7 +231,7 @@ std::vector<Residuals::PatchMean> Residuals::patch_means() const {
   std::vector<PatchMean> means;
   for (std::size_t s = 0; s < 2; ++s) {
     const ResidualSide& side = sides_[s];
-    for (std::size_t p = 0; p < side.trust.size(); ++p) {
+    for (std::size_t p = 0; p < side.trust.size(); p += stride_) {
       PatchMean m{0, 0, s, p};
       std::size_t count = 0;
       const std::size_t end = std::min(side.n.size(), (p + 1) * patch_);

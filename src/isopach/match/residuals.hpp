@@ -44,16 +44,24 @@ struct Loss {
   double scale = 1;  ///< standard deviation of the residuals that are noise
 };
 
+/// What a motion makes of a node, whatever it weighs: kept for new weights at the same motion.
+struct ResidualRow {
+  double vertical;             ///< distance
+  float arm_x, arm_y, arm_z;   ///< from the centre, over Residuals::length
+  float smooth_gx, smooth_gy;  ///< slope of the facet
+};
+
 /// Nodes of one scan against the surface of the other.
 struct ResidualSide {
   const MatchSurface* nodes = nullptr;   ///< whose nodes
   const MatchSurface* target = nullptr;  ///< in whose triangulation
   bool moving_nodes = true;
-  Array<Index> hint;    ///< by node: triangle or ghost where it was last
-  Array<double> n;      ///< by node: residual, NaN where the target has no surface
-  Array<double> trust;  ///< by patch of `patch` nodes in a row: weight from 0 to 1
-  Array<double> bend;   ///< by patch: its mean times the derivative of its trust over that mean
-  Array<float> factor;  ///< by facet of target: what a vertical distance is multiplied with; empty: its cosine
+  Array<Index> hint;       ///< by node: triangle or ghost where it was last
+  Array<double> n;         ///< by node: residual, NaN where the target has no surface
+  Array<ResidualRow> row;  ///< by node, where n is a number
+  Array<double> trust;     ///< by patch of `patch` nodes in a row: weight from 0 to 1
+  Array<double> bend;      ///< by patch: its mean times the derivative of its trust over that mean
+  Array<float> factor;     ///< by facet of target: what a vertical distance is multiplied with; empty: its cosine
 
   [[nodiscard]] const float* factors() const { return factor.empty() ? target->cosine.data() : factor.data(); }
 };
@@ -91,7 +99,14 @@ class Residuals {
 
   /// All residuals at `motion`, their sums with the weights of `loss` and of the patches' trust.
   /// Cost O(nodes); the same bits for any number of threads.
-  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, const Context& context);
+  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, const Context& context) {
+    return evaluate(motion, loss, false, context);
+  }
+  /// The same at `motion` of the last evaluation, with other weights: no node is looked for again.
+  /// Test: Residuals.NewWeightsAtTheSameMotion.
+  [[nodiscard]] ResidualSums reweighed(const Motion& motion, const Loss& loss, const Context& context) {
+    return evaluate(motion, loss, true, context);
+  }
 
   /// Standard deviation of the residuals of the last evaluation, from their median absolute value.
   [[nodiscard]] double spread() const;
@@ -128,6 +143,7 @@ class Residuals {
     double mean = 0, area = 0;
     std::size_t side = 0, patch = 0;
   };
+  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, bool again, const Context& context);
   [[nodiscard]] std::vector<PatchMean> patch_means() const;
   /// Sizes of the residuals of trusted patches, of at most so many nodes of each side: (node's facet, |n|).
   template <class Visit>

@@ -89,6 +89,13 @@ class Solver {
     is_fresh_ = true;
   }
 
+  /// New sums of `at` where only weights have changed.
+  void reweigh() {
+    if (!is_fresh_) return start(at.motion);
+    at.sums = r_.reweighed(at.motion, loss, context_);
+    ++evaluations;
+  }
+
   /// The residuals of `at`, whatever was tried last.
   void refresh() {
     if (!is_fresh_) start(at.motion);
@@ -341,7 +348,7 @@ class Search {
     } else {
       residuals.trust_by_mean();
     }
-    s.start(s.at.motion);
+    s.reweigh();
   }
 
   // Rounds of weights and steps until a step is less than `until`.
