@@ -65,5 +65,35 @@ TEST(Surface, RoughnessIsThatOfTheNoiseAndNotOfTheSlope) {
   EXPECT_LT(roughness(square(2000, 1, [](const Point2& p, std::size_t) { return 30 * p.x - 7 * p.y; })), 1e-12);
 }
 
+// A curved surface between its nodes: facets lie inside it, their rise brings them up to it; not quite, as slopes
+// around unevenly spread nodes are those of their surroundings.
+TEST(Surface, FacetsRiseToWhatIsCurved) {
+  const auto bowl = [](const Point2& p, std::size_t) { return 3 * p.x * p.x + p.x * p.y - 2 * p.y * p.y + p.x; };
+  const MatchSurface s = square(5000, 3, bowl);
+  double off = 0, off_flat = 0, count = 0;
+  for (Index t = 0; t < s.t.real; ++t) {
+    const auto& v = s.t.triangles[t].v;
+    const Facet& f = s.facets[t];
+    Point2 middle{0, 0};
+    bool is_inner = f.exists();
+    for (const Index node : v) {
+      const Point2& p = s.xy[node];
+      middle = {middle.x + p.x / 3, middle.y + p.y / 3};
+      is_inner = is_inner && p.x > 0.1 && p.x < 0.9 && p.y > 0.1 && p.y < 0.9;
+      if (f.exists()) {  // at the corners it is the node itself
+        EXPECT_NEAR(f.height(p.x, p.y), s.z[node], 1e-6);
+      }
+    }
+    if (!is_inner) continue;
+    Facet flat = f;
+    flat.rise = 0;
+    off += bowl(middle, 0) - f.height(middle.x, middle.y);
+    off_flat += std::fabs(bowl(middle, 0) - flat.height(middle.x, middle.y));
+    ++count;
+  }
+  ASSERT_GT(count, 1000);
+  EXPECT_LT(std::fabs(off), 0.15 * off_flat);
+}
+
 }  // namespace
 }  // namespace isopach

@@ -140,13 +140,12 @@ void PatchRows::gather(ResidualSide& side, const View& view, std::size_t begin, 
     const Point3 there = there_[found];
     const Facet& f = target.facets[at];
     const Point3 arm = view.arm(moving_nodes ? there : Point3{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]});
-    const ResidualRow row =
-        side.row[i] = {(there.z - (f.z + f.gx * (there.x - f.x) + f.gy * (there.y - f.y))) * view.size,
-                       static_cast<float>(arm.x),
-                       static_cast<float>(arm.y),
-                       static_cast<float>(arm.z),
-                       f.smooth_gx,
-                       f.smooth_gy};
+    const ResidualRow row = side.row[i] = {(there.z - f.height(there.x, there.y)) * view.size,
+                                           static_cast<float>(arm.x),
+                                           static_cast<float>(arm.y),
+                                           static_cast<float>(arm.z),
+                                           f.smooth_gx,
+                                           f.smooth_gy};
     take(side, k, i, row);
     ++k;
   }
@@ -163,11 +162,11 @@ void PatchRows::recall(const ResidualSide& side, std::size_t begin, std::size_t 
 
 [[gnu::always_inline]] inline void PatchRows::take(const ResidualSide& side, std::size_t k, Index i,
                                                    const ResidualRow& row) {
-  const MatchSurface &nodes = *side.nodes, &target = *side.target;
+  const MatchSurface& target = *side.target;
   const Index at = side.hint[i];
   node_[k] = i;
   vertical_[k] = row.vertical;
-  area_[k] = target.facet_weight.empty() ? nodes.weight[i] : nodes.weight[i] * facet_weight(target, at);
+  area_[k] = target.facet_weight.empty() ? side.weight(i) : side.weight(i) * facet_weight(target, at);
   arm_x_[k] = row.arm_x, arm_y_[k] = row.arm_y, arm_z_[k] = row.arm_z;
   gx_[k] = row.smooth_gx, gy_[k] = row.smooth_gy;
   factor_[k] = side.factors()[at];

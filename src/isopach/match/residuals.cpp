@@ -7,6 +7,7 @@
 
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/match/balance.hpp"
 #include "isopach/match/patch.hpp"
 
 namespace isopach {
@@ -92,7 +93,7 @@ void for_fitted(const ResidualSide& side, const View& view, const Loss& loss, st
     for (std::size_t i = first; i < std::min(end, first + patch); ++i) {
       if (i + ahead < end && side.hint[i + ahead] < target.t.real) prefetch(&target.facets[side.hint[i + ahead]]);
       if (std::isnan(side.n[i])) continue;
-      const double weight = nodes.weight[i] * facet_weight(target, side.hint[i]) * trust * weight_of(loss, side.n[i]);
+      const double weight = side.weight(i) * facet_weight(target, side.hint[i]) * trust * weight_of(loss, side.n[i]);
       if (!(weight > 0)) continue;
       const Point3 own{nodes.xy[i].x, nodes.xy[i].y, nodes.z[i]};
       f(i, own, view.there(own), target.facets[side.hint[i]], weight);
@@ -222,6 +223,11 @@ void Residuals::even_out() {
   }
 }
 
+void Residuals::balance(const Motion& motion) {
+  isopach::balance(sides_, {View(sides_[0], motion, centre_, length_), View(sides_[1], motion, centre_, length_)},
+                   patch_);
+}
+
 bool Residuals::fitted(std::size_t i, const Loss& loss) const {
   const double n = sides_[0].n[i];
   return !std::isnan(n) && sides_[0].trust[i / patch_] * weight_of(loss, n) > 0;
@@ -237,8 +243,8 @@ std::vector<Residuals::PatchMean> Residuals::patch_means() const {
       const std::size_t end = std::min(side.n.size(), (p + 1) * patch_);
       for (std::size_t i = p * patch_; i < end; ++i) {
         if (std::isnan(side.n[i])) continue;
-        m.mean += side.nodes->weight[i] * side.n[i];
-        m.area += side.nodes->weight[i];
+        m.mean += side.weight(i) * side.n[i];
+        m.area += side.weight(i);
         ++count;
       }
       if (count == 0) continue;

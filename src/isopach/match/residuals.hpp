@@ -61,8 +61,12 @@ struct ResidualSide {
   Array<ResidualRow> row;  ///< by node, where n is a number
   Array<double> trust;     ///< by patch of `patch` nodes in a row: weight from 0 to 1
   Array<double> bend;      ///< by patch: its mean times the derivative of its trust over that mean
+  Array<float> balance;    ///< by node: what its weight is multiplied with; empty: 1
   Array<float> factor;     ///< by facet of target: what a vertical distance is multiplied with; empty: its cosine
 
+  [[nodiscard]] double weight(std::size_t i) const {
+    return balance.empty() ? nodes->weight[i] : nodes->weight[i] * static_cast<double>(balance[i]);
+  }
   [[nodiscard]] const float* factors() const { return factor.empty() ? target->cosine.data() : factor.data(); }
 };
 
@@ -114,6 +118,8 @@ class Residuals {
   /// scanner may be more. From now on residuals are divided by the spread of their like (classes of the cosine) over
   /// that of all, as the last evaluation has them: each counts by what it knows.
   void even_out();
+  /// From now on the noise of all nodes counts alike: match/balance.hpp. `motion` of the last evaluation.
+  void balance(const Motion& motion);
   /// Trust of all patches: 1.
   void trust_all();
   /// Bounded by the spread of the patches' means: what is different over a patch is a change and not noise, be it less

@@ -421,6 +421,8 @@ class Search {
       settle(residuals, s, bounded, 1, 1, 1e-5 * extent_);
     }
     doubt(residuals, levels_.count() - 1, s);
+    s.refresh();
+    residuals.balance(s.at.motion);
     reweigh(residuals, s, bounded);
     s.negligible = !by_default ? 0 : is_sampled() ? negligible_of_many : negligible;
     s.rejected_within = rejected * s.negligible;

@@ -19,23 +19,34 @@ struct Slope {
   double x = 0, y = 0, area = 0;
 };
 
-// The facets, all but their smoothed slopes.
+/// Sides from the first corner of a triangle to the others, and its slope.
+struct Plane {
+  double bx, by, cx, cy, twice, gx, gy;
+
+  Plane(const MatchSurface& s, const std::array<Index, 3>& v) {
+    const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
+    bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
+    twice = bx * cy - by * cx;
+    const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
+    gx = (zb * cy - zc * by) / twice;
+    gy = (zc * bx - zb * cx) / twice;
+  }
+  [[nodiscard]] bool is_thin() const { return !(twice > thin * (bx * bx + by * by + cx * cx + cy * cy)); }
+};
+
+// The facets, all but their smoothed slopes and what is made of these.
 void make_facets(MatchSurface& s) {
   s.facets.resize(s.t.real);
   for_each_index(s.t.real, [&](std::size_t i) {
     Facet& f = s.facets[i] = {};
     if (!s.footprint.keeps(static_cast<Index>(i))) return;
     const auto& v = s.t.triangles[i].v;
-    const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
-    const double bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
-    const double twice = bx * cy - by * cx;
-    if (!(twice > thin * (bx * bx + by * by + cx * cx + cy * cy))) return;
-    const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
-    f.x = a.x, f.y = a.y, f.z = s.z[v[0]];
-    f.gx = (zb * cy - zc * by) / twice;
-    f.gy = (zc * bx - zb * cx) / twice;
-    f.bx = static_cast<float>(cy / twice), f.by = static_cast<float>(-cx / twice);
-    f.cx = static_cast<float>(-by / twice), f.cy = static_cast<float>(bx / twice);
+    const Plane p(s, v);
+    if (p.is_thin()) return;
+    f.x = s.xy[v[0]].x, f.y = s.xy[v[0]].y, f.z = s.z[v[0]];
+    f.gx = static_cast<float>(p.gx), f.gy = static_cast<float>(p.gy);
+    f.bx = static_cast<float>(p.cy / p.twice), f.by = static_cast<float>(-p.cx / p.twice);
+    f.cx = static_cast<float>(-p.by / p.twice), f.cy = static_cast<float>(p.bx / p.twice);
   });
 }
 
@@ -45,16 +56,28 @@ Array<Slope> node_slopes(const MatchSurface& s) {
   Array<Slope> slopes(s.xy.size());
   std::fill(slopes.begin(), slopes.end(), Slope{});
   for (Index i = 0; i < s.t.real; ++i) {
-    const Facet& f = s.facets[i];
-    if (!f.exists()) continue;
+    if (!s.facets[i].exists()) continue;
     const auto& v = s.t.triangles[i].v;
-    const double area = triangle_area(s.xy[v[0]], s.xy[v[1]], s.xy[v[2]]);
-    for (const Index node : v) slopes[node].x += area * f.gx, slopes[node].y += area * f.gy, slopes[node].area += area;
+    const Plane p(s, v);
+    const double area = p.twice / 2;
+    for (const Index node : v) slopes[node].x += area * p.gx, slopes[node].y += area * p.gy, slopes[node].area += area;
   }
   for_each_index(slopes.size(), [&](std::size_t i) {
     if (slopes[i].area > 0) slopes[i].x /= slopes[i].area, slopes[i].y /= slopes[i].area;
   });
   return slopes;
+}
+
+// Exact where the surface is quadratic and has these slopes: along an edge the slope changes by the curvature times its
+// length, and the mean over the facet of the product of two barycentric coordinates is 1/12.
+float rise_of(const MatchSurface& s, const Array<Slope>& slopes, const std::array<Index, 3>& v) {
+  double rise = 0;
+  for (Index k = 0; k < 3; ++k) {
+    const Index a = v[k], b = v[next_side(k)];
+    const double dx = s.xy[b].x - s.xy[a].x, dy = s.xy[b].y - s.xy[a].y;
+    rise += (slopes[a].x - slopes[b].x) * dx + (slopes[a].y - slopes[b].y) * dy;
+  }
+  return static_cast<float>(rise / 24);
 }
 
 void smooth_slopes_and_weights(MatchSurface& s) {
@@ -70,6 +93,7 @@ void smooth_slopes_and_weights(MatchSurface& s) {
     const double x = (slopes[v[0]].x + slopes[v[1]].x + slopes[v[2]].x) / 3,
                  y = (slopes[v[0]].y + slopes[v[1]].y + slopes[v[2]].y) / 3;
     f.smooth_gx = static_cast<float>(x), f.smooth_gy = static_cast<float>(y);
+    f.rise = rise_of(s, slopes, v);
     s.cosine[i] =
         static_cast<float>(1 / std::sqrt(1 + (double)f.smooth_gx * f.smooth_gx + (double)f.smooth_gy * f.smooth_gy));
   });

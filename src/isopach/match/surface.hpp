@@ -11,16 +11,28 @@
 namespace isopach {
 
 /// What a residual asks of a facet, in one cache line. Slopes of facets carry the noise of three heights over one edge:
-/// where the scan is dense that is more than the slope itself. The residual takes the facet as it is, its derivative
-/// and its normal take the slope smoothed over the neighbourhood.
+/// where the scan is dense that is more than the slope itself. The residual takes the facet as it is, but for its rise;
+/// its derivative and its normal take the slope smoothed over the neighbourhood.
 struct alignas(64) Facet {
   double x = 0, y = 0;                                  ///< a corner
   double z = std::numeric_limits<double>::quiet_NaN();  ///< its height; NaN: no surface here (not kept, or too thin)
-  double gx = 0, gy = 0;                                ///< slope
+  float gx = 0, gy = 0;                                 ///< slope
   float bx = 0, by = 0, cx = 0, cy = 0;                 ///< gradients of the barycentric coordinates of the others
   float smooth_gx = 0, smooth_gy = 0;  ///< mean over its corners of the mean slope around each, by area
+  /// How far the surface lies over the facet, as a mean over it, by the curvature that the mean slopes at its corners
+  /// show. A facet lies on the inner side of what is curved, the deeper the longer its edges: without the rise two
+  /// scans of different density pull apart.
+  float rise = 0;
 
   [[nodiscard]] bool exists() const { return z == z; }
+  /// Of the surface: the facet's and the rise, spread as a bubble that is 0 at the corners.
+  [[nodiscard]] double height(double px, double py) const {
+    const double dx = px - x, dy = py - y;
+    const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+    const float b = bx * fx + by * fy, c = cx * fx + cy * fy;
+    const float bubble = 4 * (b * c + (1 - b - c) * (b + c));
+    return z + static_cast<double>(gx) * dx + static_cast<double>(gy) * dy + static_cast<double>(rise * bubble);
+  }
 };
 
 struct MatchSurface {
