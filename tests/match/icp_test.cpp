@@ -382,6 +382,32 @@ TEST(Icp, RealChangeDoesNotPull) {
   EXPECT_GT(plain.shift, 2 * robust.shift);
 }
 
+/// A corridor 20 long, 4 wide and high, open above; noise 2 mm. Its ends are an eighth of it.
+Cloud corridor(std::size_t n, std::uint64_t seed) {
+  test::Random random(seed);
+  Cloud cloud;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double along = random.uniform(-10, 10), across = random.uniform(-2, 2), up = random.uniform(0, 4);
+    const double side = random.below(2) == 0 ? -1 : 1, noise = 0.002 * random.uniform(-1, 1);
+    const double part = random.uniform();
+    if (part < 0.3)
+      cloud.points.push_back({along, across, noise});
+    else if (part < 0.88)
+      cloud.points.push_back({along, side * 2 + noise, up});
+    else
+      cloud.points.push_back({side * 10 + noise, across, up});
+  }
+  return cloud;
+}
+
+// What fits already is no reason to leave out the pairs that show the motion: here six times longer than the others.
+TEST(Icp, TheLongPairsOfAFewAreHeard) {
+  const Cloud fixed = corridor(20000, 1), moving = corridor(20000, 2);
+  const Pose away = test::turn_and_shift({0, 0, 1}, 0.2, {0, 0, 0}, {0.6, 0, 0});
+  const Matching m = icp(test::posed(moving, away), fixed, Pose{}, by(Objective::icp_plane), {});
+  EXPECT_LT(off_identity(chained(m.pose, away), {0, 0, 0}).shift, 0.001);
+}
+
 TEST(Icp, HalfOfEachScanInCommon) {
   const Scene s = terrain("", 12000);
   Cloud a = s.a, b = s.b;

@@ -44,12 +44,22 @@ TEST(Oriented, NormalsAreLeastSquaresOverTheNearest) {
 
 TEST(Oriented, RingsOfAScannerHaveNormals) {
   test::Random random(1);
-  Cloud rings;  // on a slope, ten times denser along than across
+  Cloud rings;  // on a slope, four to thirty times denser along than across: the next ring is farther than the last
   for (int ring = 0; ring < 20; ++ring)
-    for (int i = 0; i < 400; ++i)
-      rings.points.push_back({0.01 * i, 0.1 * ring, 0.05 * ring + 0.0005 * random.uniform(-1, 1)});
+    for (int i = 0; i < 400; ++i) {
+      const double y = 0.35 * std::pow(1.12, ring);
+      rings.points.push_back({0.01 * i, y, 0.5 * y + 0.0005 * random.uniform(-1, 1)});
+    }
   const OrientedCloud o = oriented(rings);
-  for (const Point3& n : o.normals) EXPECT_GT(std::fabs(dot(n, {0, -0.44721, 0.89443})), 0.999);
+  std::size_t inside = 0, open = 0;
+  for (std::size_t i = 0; i < o.points.size(); ++i) {
+    EXPECT_GT(std::fabs(dot(o.normals[i], {0, -0.44721, 0.89443})), 0.999);
+    const Point3& p = o.points[i];
+    if (p.x < 0.4 || p.x > 3.6 || p.y < 0.5 || p.y > 2) continue;
+    ++inside, open += o.boundary[i] != 0 ? 1u : 0u;
+  }
+  EXPECT_GT(inside, 2500u);
+  EXPECT_EQ(open, 0u) << "what is open to the next ring is no boundary";
 }
 
 // A point of a part four times as dense stands for a quarter of the area.

@@ -77,7 +77,7 @@ std::optional<PartFit> fit_part(const OrientedCloud& part, const OrientedCloud& 
     if (value < least) least = value, best = i;
   }
   try {
-    IcpState state = icp_search(part, frame, starts[best], fit_options(), 1, context);
+    IcpState state = icp_search(part, frame, starts[best], fit_options(), FirstLevel::once, context);
     PartFit fit;
     fit.motion = state.motion;
     fit.rms = std::sqrt(state.information.error);

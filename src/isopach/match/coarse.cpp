@@ -81,7 +81,7 @@ class Trials {
   [[nodiscard]] std::optional<Trial> run(const Motion& start) const {
     Trial trial;
     try {
-      trial.motion = icp_search(moving_, fixed_, start, options_, 1, context_).motion;
+      trial.motion = icp_search(moving_, fixed_, start, options_, FirstLevel::once, context_).motion;
     } catch (const OverlapError&) {
       return std::nullopt;
     }

@@ -56,7 +56,7 @@ Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const M
        [&] { b = order_points(moving, start, frame, project, 0, context); });
   check_boxes(b, a);
   both([&] { orient(a, context); }, [&] { orient(b, context); });
-  const IcpState found = icp_search(b, a, Motion{}, options, 1, context);
+  const IcpState found = icp_search(b, a, Motion{}, options, FirstLevel::twice, context);
 
   Matching m;
   m.options = options;

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
 
 namespace isopach {
@@ -51,27 +52,71 @@ class Search {
       : moving_(moving),
         fixed_(fixed),
         o_(options),
+        icp_(options.icp),
+        overlap_(options.overlap),
         context_(context),
         plane_(options.objective == Objective::icp_plane),
         floor_(information_floor(moving, fixed)),
         forward_(moving, fixed, false),
         backward_(fixed, moving, true) {}
 
-  IcpState run(const Motion& start, std::size_t finest) {
-    state_.motion = start;
-    std::vector<std::size_t> strides{finest};
+  IcpState run(const Motion& start, FirstLevel first) {
+    std::vector<std::size_t> strides{1};
     while (moving_.points.size() / strides.back() > 2 * coarsest) strides.push_back(strides.back() * 8);
     std::reverse(strides.begin(), strides.end());
-    pair_up(strides.front());
-    note();
-    for (const std::size_t stride : strides) level(stride, stride == finest);
+    begin(start, strides.front());
+    level(strides.front(), strides.size() == 1);
+    if (first == FirstLevel::twice && is_selective()) again(start, strides.front(), strides.size() == 1);
+    for (std::size_t k = 1; k < strides.size(); ++k) level(strides[k], k + 1 == strides.size());
     return std::move(state_);
   }
 
  private:
+  void begin(const Motion& start, std::size_t stride) {
+    state_ = {};
+    state_.motion = start;
+    pair_up(stride);
+    note();
+  }
+
+  /// Whether the pairs themselves say which of them are too long.
+  [[nodiscard]] bool is_selective() const {
+    return o_.overlap < 1 || o_.icp.weights != IcpOptions::Weights::uniform ||
+           (o_.icp.reject_distance > 0 && !o_.icp.reject_distance_absolute);
+  }
+
+  /// The first level once more, its first half with all pairs alike, of any length; keeps the better one.
+  void again(const Motion& start, std::size_t stride, bool last) {
+    IcpState strict = std::move(state_);
+    icp_.reject_distance = o_.icp.reject_distance_absolute ? o_.icp.reject_distance : 0;
+    icp_.weights = IcpOptions::Weights::uniform;
+    overlap_ = 1;
+    begin(start, stride);
+    level(stride, false);
+    icp_ = o_.icp, overlap_ = o_.overlap;
+    level(stride, last);
+    const double width = std::min(residual_width(strict.links, plane_), residual_width(state_.links, plane_));
+    if (fitting(state_.motion, stride, width) > fitting(strict.motion, stride, width)) return;
+    state_ = std::move(strict);
+  }
+
+  /// Weight of all queries whose residual is below `width`, whatever the length of the pair.
+  double fitting(const Motion& motion, std::size_t stride, double width) {
+    IcpOptions all = o_.icp;
+    all.reject_distance = 0;
+    Sum sum;
+    const auto add = [&](PairSearch& pairs) {
+      for (const Link& l : pairs.find(motion, stride, all, 1))
+        if (residual(l, plane_) <= width) sum.add(l.weight);
+    };
+    add(forward_);
+    if (o_.icp.symmetric) add(backward_);
+    return sum.value();
+  }
+
   void pair_up(std::size_t stride) {
-    state_.links = forward_.find(state_.motion, stride, o_.icp, o_.overlap);
-    set_weights(state_.links, o_.icp.weights, plane_);
+    state_.links = forward_.find(state_.motion, stride, icp_, overlap_);
+    set_weights(state_.links, icp_.weights, plane_);
     const double asked = std::ceil(static_cast<double>(moving_.points.size()) / static_cast<double>(stride));
     state_.share = static_cast<double>(state_.links.size()) / asked;
     if (state_.share < least_share || state_.links.size() < least_links)
@@ -79,17 +124,17 @@ class Search {
           "the scans do not overlap here: {} of {:.0f} points of MOVING have a partner in FIXED that passes "
           "the rejections; give --start, ask for --coarse, or loosen --reject-distance",
           state_.links.size(), asked));
-    if (!o_.icp.symmetric) {
+    if (!icp_.symmetric) {
       state_.information = pair_information(state_.links, plane_);
       return;
     }
     both_ = state_.links;
-    Array<Link> back = backward_.find(state_.motion, stride, o_.icp, o_.overlap);
-    set_weights(back, o_.icp.weights, plane_);
+    Array<Link> back = backward_.find(state_.motion, stride, icp_, overlap_);
+    set_weights(back, icp_.weights, plane_);
     both_.insert(both_.end(), back.begin(), back.end());
     state_.information = pair_information(both_, plane_);
   }
-  [[nodiscard]] const Array<Link>& links() const { return o_.icp.symmetric ? both_ : state_.links; }
+  [[nodiscard]] const Array<Link>& links() const { return icp_.symmetric ? both_ : state_.links; }
 
   [[nodiscard]] Motion next() const {
     const PairInformation& in = state_.information;
@@ -146,6 +191,8 @@ class Search {
   const OrientedCloud& moving_;
   const OrientedCloud& fixed_;
   const MatchOptions& o_;
+  IcpOptions icp_;  ///< and overlap_: what holds now; the options but in the first half of again()
+  double overlap_;
   const Context& context_;
   bool plane_;
   double floor_;
@@ -162,8 +209,8 @@ double information_floor(const OrientedCloud& moving, const OrientedCloud& fixed
 }
 
 IcpState icp_search(const OrientedCloud& moving, const OrientedCloud& fixed, const Motion& start,
-                    const MatchOptions& options, std::size_t finest, const Context& context) {
-  return Search(moving, fixed, options, context).run(start, finest);
+                    const MatchOptions& options, FirstLevel first, const Context& context) {
+  return Search(moving, fixed, options, context).run(start, first);
 }
 
 }  // namespace isopach

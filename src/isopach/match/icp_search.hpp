@@ -22,9 +22,14 @@ struct IcpState {
 /// Smallest eigenvalue of the normal matrix that the surfaces, and not their noise, are taken to have made.
 [[nodiscard]] double information_floor(const OrientedCloud& moving, const OrientedCloud& fixed);
 
-/// From `start`, first on every k-th point, at last on all (`finest` > 1: on every finest-th). Throws OverlapError
-/// where hardly any pair is left. Cost: O(log n) a point and step, less once the steps are small.
+/// How the first level is solved. once: from the start, with all rejections. twice: also from where all pairs alike,
+/// of any length, lead first, since rejections and weights that are taken from the pairs keep those that fit already
+/// (the ring of a scanner on the ring of the other); of the two the one goes on where more of the surface fits.
+enum class FirstLevel { once, twice };
+
+/// From `start`, first on every k-th point, at last on all. Throws OverlapError where hardly any pair is left. Cost:
+/// O(log n) a point and step, less once the steps are small. Test: tests/match/icp_test.cpp.
 [[nodiscard]] IcpState icp_search(const OrientedCloud& moving, const OrientedCloud& fixed, const Motion& start,
-                                  const MatchOptions& options, std::size_t finest, const Context& context);
+                                  const MatchOptions& options, FirstLevel first, const Context& context);
 
 }  // namespace isopach

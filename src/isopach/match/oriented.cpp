@@ -18,6 +18,8 @@ constexpr std::size_t normal_block = 256;
 constexpr double open_side = 0.8 * std::numbers::pi;
 constexpr std::size_t least_neighbours = 4;
 constexpr std::size_t most_neighbours = 8 * normal_neighbours;
+// Of squared distances, 15th over 4th neighbour: more is of points along lines. A surface has 15/4, a line its square.
+constexpr double along_lines = 6;
 constexpr double narrow = 0.1;       // variance across over that along: less is more of a line
 constexpr double largest_area = 16;  // in medians: a lone point is not a large surface
 
@@ -95,10 +97,14 @@ class Fitter {
   };
   Plane fit(std::size_t i) {
     Plane plane;
+    constexpr std::size_t fourth = 4;  // the point itself is the first
+    bool rings = false;
     for (std::size_t k = normal_neighbours; k <= most_neighbours; k *= 2) {
       cloud_.tree->nearest(cloud_.points[i], k, found_);
-      if (k == normal_neighbours) plane.area = squared_length(cloud_.points[found_.back()] - cloud_.points[i]);
+      if (k == normal_neighbours) plane.area = distance2(i, found_.back());
       if (found_.size() < least_neighbours) return plane;
+      if (k == normal_neighbours)
+        rings = plane.area > along_lines * distance2(i, found_[std::min(fourth, found_.size() - 1)]);
       scatter(i);
       if (solver_.eigenvalues()[1] > narrow * solver_.eigenvalues()[2] || found_.size() < k) break;
     }
@@ -111,6 +117,10 @@ class Fitter {
     plane.normal = across;
     plane.height = -dot(mean_, across);
     plane.boundary = is_open(centre, along, beside);
+    if (plane.boundary && rings && found_.size() < most_neighbours) {
+      cloud_.tree->nearest(centre, most_neighbours, found_);
+      plane.boundary = is_open(centre, along, beside);
+    }
     const double noise2 = std::max(0.0, sizes[0]) / (n - 3);
     plane.slope_noise = noise2 / sizes[1];
     plane.roughness = std::sqrt(noise2);
@@ -132,6 +142,9 @@ class Fitter {
       moments(2, 0) += d.x * d.z, moments(2, 1) += d.y * d.z, moments(2, 2) += d.z * d.z;
     }
     solver_.compute(moments);
+  }
+  [[nodiscard]] double distance2(std::size_t i, Index k) const {
+    return squared_length(cloud_.points[k] - cloud_.points[i]);
   }
   [[nodiscard]] Point3 axis(int k) const {
     const auto& v = solver_.eigenvectors();

@@ -37,8 +37,9 @@ inline constexpr std::size_t normal_neighbours = 16;
                                          const ProjectOptions& project, double thin, const Context& context);
 
 /// Tree, normals by total least squares over the nearest neighbours (Hoppe et al. 1992, section 3.1), and boundary:
-/// where, seen along the normal, the neighbours leave an angle of more than 144° open. Cost O(n log n); the same bits
-/// for any number of threads. Test: tests/match/oriented_test.cpp.
+/// where, seen along the normal, the neighbours leave an angle of more than 144° open, and on rings eight times as many
+/// as well: what is open to the next ring of a turning scanner is no boundary. Cost O(n log n); the same bits for any
+/// number of threads. Test: tests/match/oriented_test.cpp.
 void orient(OrientedCloud& cloud, const Context& context);
 
 }  // namespace isopach

@@ -19,21 +19,6 @@ constexpr double frmsd_power = 3;      // Phillips et al., section 4: for points
 constexpr double least_overlap = 0.3;  // below it a small patch that happens to fit would win
 constexpr double tukey_width = 4.685;  // 95 % efficient for normal residuals
 
-/// The residual that half of the weight lies below.
-template <class Residual>
-double middle_by_weight(const Array<Link>& links, const Residual& residual) {
-  std::vector<std::pair<double, double>> sizes(links.size());
-  for (std::size_t i = 0; i < links.size(); ++i) sizes[i] = {residual(links[i]), links[i].weight};
-  std::sort(sizes.begin(), sizes.end());
-  Sum all, sum;
-  for (const auto& [size, weight] : sizes) all.add(weight);
-  for (const auto& [size, weight] : sizes) {
-    sum.add(weight);
-    if (sum.value() >= all.value() / 2) return size;
-  }
-  return 0;
-}
-
 /// How many of the shortest to keep, of lengths² in ascending order, where `all` were asked.
 std::size_t least_frmsd(const Array<double>& length2, double all) {
   std::size_t best = length2.size();
@@ -143,16 +128,30 @@ Array<Link> PairSearch::find(const Motion& motion, std::size_t stride, const Icp
   return links;
 }
 
+double residual(const Link& l, bool plane) {
+  const Point3 d = l.moving - l.fixed;
+  return plane ? std::fabs(dot(d, l.normal)) : length(d);
+}
+
+double residual_width(const Array<Link>& links, bool plane) {
+  std::vector<std::pair<double, double>> sizes(links.size());
+  for (std::size_t i = 0; i < links.size(); ++i) sizes[i] = {residual(links[i], plane), links[i].weight};
+  std::sort(sizes.begin(), sizes.end());
+  Sum all, sum;
+  for (const auto& [size, weight] : sizes) all.add(weight);
+  for (const auto& [size, weight] : sizes) {
+    sum.add(weight);
+    if (sum.value() >= all.value() / 2) return tukey_width * mad_to_sigma * size;
+  }
+  return 0;
+}
+
 void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane) {
   if (weights == IcpOptions::Weights::uniform || links.empty()) return;
-  const auto residual = [&](const Link& l) {
-    const Point3 d = l.moving - l.fixed;
-    return plane ? std::fabs(dot(d, l.normal)) : length(d);
-  };
-  const double width = tukey_width * mad_to_sigma * middle_by_weight(links, residual);
+  const double width = residual_width(links, plane);
   if (!(width > 0)) return;  // half of them fit exactly: nothing tells good from bad
   for (Link& l : links) {
-    const double t = residual(l) / width;
+    const double t = residual(l, plane) / width;
     l.weight *= t < 1 ? (1 - t * t) * (1 - t * t) : 0;
   }
   links.erase(std::remove_if(links.begin(), links.end(), [](const Link& l) { return l.weight == 0; }), links.end());

@@ -46,6 +46,12 @@ class PairSearch {
   Array<Memory> memory_;
 };
 
+/// Length of the pair, or its part along the normal (plane).
+[[nodiscard]] double residual(const Link& link, bool plane);
+
+/// Where Tukey's biweight of these residuals ends: 4.685 standard deviations by their median (MAD).
+[[nodiscard]] double residual_width(const Array<Link>& links, bool plane);
+
 /// Multiplies the weights by what the residuals of the objective (plane: (3), else (1)) say; drops links of weight 0.
 void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane);
 
