@@ -106,6 +106,10 @@ TEST(Residuals, NewWeightsAtTheSameMotion) {
     EXPECT_EQ(again.nodes, before.nodes);
     EXPECT_EQ(again.h.m, anew.h.m);
     EXPECT_EQ(again.b, anew.b);
+    const ResidualSums without = r.evaluate(motion, loss, {}, false);
+    EXPECT_EQ(without.h.m, Symmetric7{}.m);
+    EXPECT_EQ(without.b, Vector7{});
+    EXPECT_EQ(without.loss, anew.loss);
     for (const auto sum : {&ResidualSums::area, &ResidualSums::trusted, &ResidualSums::loss, &ResidualSums::fitted,
                            &ResidualSums::volume, &ResidualSums::within, &ResidualSums::squares,
                            &ResidualSums::curvature, &ResidualSums::bend})

@@ -34,8 +34,9 @@ InputSummary summarise(const Cloud& cloud, const char* role, const Pose& pose, c
       cloud.points.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
         Box3 box;
+        const bool is_posed = !pose.is_identity();
         for (std::size_t i = begin; i < end; ++i)
-          if (is_finite(cloud.points[i])) box.add(pose.is_identity() ? cloud.points[i] : pose.apply(cloud.points[i]));
+          if (is_finite(cloud.points[i])) box.add(is_posed ? pose.apply(cloud.points[i]) : cloud.points[i]);
         return box;
       },
       [](Box3& total, const Box3& part) { total.add(part); });

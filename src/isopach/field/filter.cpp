@@ -20,8 +20,7 @@ Filter::Filter(const Cloud& cloud, const Pose& pose, const ProjectOptions& optio
   classes_ = &attribute->values;
 }
 
-Filter::Fate Filter::fate(std::size_t i, const Point3& p) const {
-  if (!is_finite(p)) return Fate::nonfinite;
+Filter::Fate Filter::fate_by_options(std::size_t i, const Point3& p) const {
   if (classes_ != nullptr) {
     const double value = (*classes_)[i];
     const auto& wanted = options_.classes;
@@ -76,11 +75,14 @@ std::size_t counts_to_places(std::vector<std::size_t>& counts) {
 Kept keep_points(const Filter& filter, const Frame& frame, const Cleaning& cleaning) {
   const std::size_t n = filter.size(), kept = count_kept(cleaning);
   check_size(filter.cloud(), n, static_cast<std::size_t>(no_index) - 1, "points");
-  const auto is_kept = [&](std::size_t i) { return filter.fate(i, filter.posed(i)) == Filter::Fate::kept; };
+  const auto is_kept = [&](std::size_t i) {
+    return kept == n || filter.fate(i, filter.posed(i)) == Filter::Fate::kept;
+  };
   std::vector<std::size_t> place(block_count(n));
   for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
-    std::size_t count = 0;
-    for (std::size_t i = begin; i < end; ++i) count += is_kept(i);
+    std::size_t count = kept == n ? end - begin : 0;
+    if (kept < n)
+      for (std::size_t i = begin; i < end; ++i) count += is_kept(i);
     place[begin / default_block] = count;
   });
   counts_to_places(place);

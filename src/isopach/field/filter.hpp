@@ -23,9 +23,14 @@ class Filter {
   [[nodiscard]] const Cloud& cloud() const { return cloud_; }
   [[nodiscard]] Point3 posed(std::size_t i) const { return pose_.apply(cloud_.points[i]); }
   /// What becomes of point i, whose posed(i) is p.
-  [[nodiscard]] Fate fate(std::size_t i, const Point3& p) const;
+  [[nodiscard]] Fate fate(std::size_t i, const Point3& p) const {
+    if (!is_finite(p)) return Fate::nonfinite;
+    return classes_ == nullptr && !options_.crop ? Fate::kept : fate_by_options(i, p);
+  }
 
  private:
+  [[nodiscard]] Fate fate_by_options(std::size_t i, const Point3& p) const;
+
   const Cloud& cloud_;
   const Pose& pose_;
   const ProjectOptions& options_;

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/prefetch.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/field/filter.hpp"
 #include "isopach/field/height_field.hpp"
@@ -95,6 +96,12 @@ struct Merger {
           std::vector<double> heights;
           std::size_t node = place[begin / default_block];
           for (std::size_t k = begin; k < end; ++k) {
+            constexpr std::size_t ahead = 16;  // the points of the cloud lie anywhere
+            if (k + ahead < end) {
+              const Index point = kept.point(order[k + ahead]);
+              prefetch(&filter.cloud().points[point]);
+              prefetch(&field.node_of_point[point]);
+            }
             if (!begins_node(k)) continue;
             if (xy != nullptr) (*xy)[node] = sorted[k];
             spread = std::max(spread, make_node(k, static_cast<Index>(node++), heights));

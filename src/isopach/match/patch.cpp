@@ -31,8 +31,7 @@ Index beyond(const MatchSurface& s, Index triangle, Seen side) {
 bool locate_again(const MatchSurface& target, const Point2& q, Index& hint, std::uint64_t& visited) {
   constexpr int most_facets = 8;
   for (int i = 0; i < most_facets && hint < target.t.real; ++i) {
-    const Facet& f = target.facets[hint];
-    const Seen seen = look(f, {q.x, q.y, 0});
+    const Seen seen = look(target.facets[hint], {q.x, q.y, 0});
     if (seen == Seen::unsure) break;
     ++visited;
     if (seen == Seen::inside) return true;
@@ -90,9 +89,10 @@ void PatchRows::find(ResidualSide& side, const View& view, std::size_t begin, st
   std::size_t moved = 0;
   count_ = 0;
   for (std::size_t i = begin; i < end; ++i) {
-    if (i + ahead < all && side.hint[i + ahead] < real) {
-      prefetch(facets + side.hint[i + ahead]);
-      prefetch(factors + side.hint[i + ahead]);
+    const std::size_t later = ahead_of(i, end);
+    if (later < all && side.hint[later] < real) {
+      prefetch(facets + side.hint[later]);
+      prefetch(factors + side.hint[later]);
     }
     side.n[i] = std::numeric_limits<double>::quiet_NaN();
     if (!(nodes.weight[i] > 0)) continue;

@@ -83,6 +83,9 @@ struct View {
 /// changes a step as little. What decides, the residual and its loss, is in double precision.
 class PatchRows {
  public:
+  /// `skipped`: nodes between one patch and the next.
+  explicit PatchRows(std::size_t skipped) : skipped_(skipped) {}
+
   /// Residuals of the nodes begin … end − 1. Nodes of weight 0 and those beyond the surface are left out.
   template <bool moving_nodes>
   void gather(ResidualSide& side, const View& view, std::size_t begin, std::size_t end, Index& last,
@@ -111,7 +114,12 @@ class PatchRows {
   template <std::size_t row>
   void add_row(double*& out, ResidualSums& sums) const;
 
-  std::size_t count_ = 0, padded_ = 0;
+  /// Which node is so far ahead of node i of the patch that ends before `end`.
+  [[nodiscard]] std::size_t ahead_of(std::size_t i, std::size_t end) const {
+    return i + ahead < end ? i + ahead : i + ahead + skipped_;
+  }
+
+  std::size_t skipped_, count_ = 0, padded_ = 0;
   std::array<Index, most> node_;
   std::array<Point3, most> there_;
   std::array<bool, most> is_over_;

@@ -36,31 +36,31 @@ void add_to(ResidualSums& total, const ResidualSums& part) {
 }
 
 template <bool moving_nodes>
-ResidualSums evaluate_block(ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
-                            std::size_t stride, bool again, std::size_t begin, std::size_t end) {
+ResidualSums evaluate_block(ResidualSide& side, const View& view, const Evaluation& what, std::size_t patch,
+                            std::size_t stride, std::size_t begin, std::size_t end) {
   ResidualSums sums;
-  PatchRows rows;
+  PatchRows rows((stride - 1) * patch);
   Index last = 0;
   for (std::size_t first = begin; first < end; first += patch) {
     if (first / patch % stride != 0) continue;
-    if (again)
+    if (what.again)
       rows.recall(side, first, std::min(end, first + patch));
     else
       rows.gather<moving_nodes>(side, view, first, std::min(end, first + patch), last, sums.visited);
-    rows.weigh(side, loss, first / patch, sums);
-    rows.add_equations<moving_nodes>(view, sums);
+    rows.weigh(side, what.loss, first / patch, sums);
+    if (what.equations) rows.add_equations<moving_nodes>(view, sums);
   }
   return sums;
 }
 
-ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Loss& loss, const Point3& centre,
-                           double length, std::size_t patch, std::size_t stride, bool again) {
+ResidualSums evaluate_side(ResidualSide& side, const Motion& motion, const Evaluation& what, const Point3& centre,
+                           double length, std::size_t patch, std::size_t stride) {
   const View view(side, motion, centre, length);
   return reduce_blocks<ResidualSums>(
       side.nodes->xy.size(), block,
       [&](std::size_t begin, std::size_t end) {
-        return side.moving_nodes ? evaluate_block<true>(side, view, loss, patch, stride, again, begin, end)
-                                 : evaluate_block<false>(side, view, loss, patch, stride, again, begin, end);
+        return side.moving_nodes ? evaluate_block<true>(side, view, what, patch, stride, begin, end)
+                                 : evaluate_block<false>(side, view, what, patch, stride, begin, end);
       },
       add_to);
 }
@@ -157,12 +157,12 @@ Twist Residuals::twist(const Vector7& step) const {
   return {step[0] / length_, step[1] / length_, step[2] / length_, step[3], step[4], step[5], step[6] / length_};
 }
 
-ResidualSums Residuals::evaluate(const Motion& motion, const Loss& loss, bool again, const Context& context) {
+ResidualSums Residuals::evaluate(const Motion& motion, const Evaluation& what, const Context& context) {
   context.check();
   ResidualSums parts[2];
   if (sides_[0].target->t.real == 0 || sides_[1].target->t.real == 0) return parts[0];
-  both([&] { parts[0] = evaluate_side(sides_[0], motion, loss, centre_, length_, patch_, stride_, again); },
-       [&] { parts[1] = evaluate_side(sides_[1], motion, loss, centre_, length_, patch_, stride_, again); });
+  both([&] { parts[0] = evaluate_side(sides_[0], motion, what, centre_, length_, patch_, stride_); },
+       [&] { parts[1] = evaluate_side(sides_[1], motion, what, centre_, length_, patch_, stride_); });
   add_to(parts[0], parts[1]);
   return parts[0];
 }

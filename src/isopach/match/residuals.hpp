@@ -51,6 +51,13 @@ struct ResidualRow {
   float smooth_gx, smooth_gy;  ///< slope of the facet
 };
 
+/// What is asked of an evaluation.
+struct Evaluation {
+  Loss loss;
+  bool again = false;     ///< at the motion of the last one
+  bool equations = true;  ///< with h and b
+};
+
 /// Nodes of one scan against the surface of the other.
 struct ResidualSide {
   const MatchSurface* nodes = nullptr;   ///< whose nodes
@@ -103,13 +110,15 @@ class Residuals {
 
   /// All residuals at `motion`, their sums with the weights of `loss` and of the patches' trust.
   /// Cost O(nodes); the same bits for any number of threads.
-  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, const Context& context) {
-    return evaluate(motion, loss, false, context);
+  /// `equations` false: without h and b, which stay 0.
+  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, const Context& context,
+                                      bool equations = true) {
+    return evaluate(motion, {loss, false, equations}, context);
   }
   /// The same at `motion` of the last evaluation, with other weights: no node is looked for again.
   /// Test: Residuals.NewWeightsAtTheSameMotion.
   [[nodiscard]] ResidualSums reweighed(const Motion& motion, const Loss& loss, const Context& context) {
-    return evaluate(motion, loss, true, context);
+    return evaluate(motion, {loss, true, true}, context);
   }
 
   /// Standard deviation of the residuals of the last evaluation, from their median absolute value.
@@ -149,7 +158,7 @@ class Residuals {
     double mean = 0, area = 0;
     std::size_t side = 0, patch = 0;
   };
-  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Loss& loss, bool again, const Context& context);
+  [[nodiscard]] ResidualSums evaluate(const Motion& motion, const Evaluation& what, const Context& context);
   [[nodiscard]] std::vector<PatchMean> patch_means() const;
   /// Sizes of the residuals of trusted patches, of at most so many nodes of each side: (node's facet, |n|).
   template <class Visit>

@@ -83,8 +83,9 @@ class Solver {
   std::string stuck;          // why the last descend ended without small steps
   bool within_noise = false;  // … or with one that is nothing beside the noise
 
-  void start(const Motion& motion) {
-    at = {motion, r_.evaluate(motion, loss, context_)};
+  /// `equations` false: new weights come before the first step.
+  void start(const Motion& motion, bool equations = true) {
+    at = {motion, r_.evaluate(motion, loss, context_, equations)};
     ++evaluations;
     is_fresh_ = true;
   }
@@ -154,7 +155,7 @@ class Solver {
     Vector7 s;
     Eigen::Map<Vector>(s.data()) = step;
     State next{moved(at.motion, r_.twist(s), r_.centre()), {}};
-    next.sums = r_.evaluate(next.motion, loss, context_);
+    next.sums = r_.evaluate(next.motion, loss, context_, !trust_follows);
     ++evaluations;
     const bool overlaps = next.sums.area >= least_overlap_kept * at.sums.area;
     is_fresh_ = overlaps && guarded_loss(next.sums, at.sums) <= mean_loss(at.sums);
@@ -370,7 +371,7 @@ class Search {
       Residuals residuals(levels_.moving(k), levels_.fixed(k), centre_, extent_ / 4);
       Solver s(residuals, basis_, context_);
       if (levels_.is_finest(k) && is_sampled()) residuals.sample(sample_stride);
-      s.start(motion_);
+      s.start(motion_, false);
       if (!(s.at.sums.area > 0)) {
         if (!levels_.is_finest(k)) continue;
         throw OverlapError(
@@ -417,7 +418,7 @@ class Search {
     settle(residuals, s, bounded, 2, 1, 1e-5 * extent_);
     if (is_sampled()) {
       residuals.sample(1);
-      s.start(s.at.motion);
+      s.start(s.at.motion, false);
       settle(residuals, s, bounded, 1, 1, 1e-5 * extent_);
     }
     doubt(residuals, levels_.count() - 1, s);
