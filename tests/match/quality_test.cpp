@@ -65,7 +65,7 @@ TEST(MatchQuality, StablePointsAreThoseThatDidNotChange) {
     (is_there ? kept_there : kept_elsewhere) += m.stable[i];
   }
   EXPECT_LT(kept_there / there, 0.02);
-  EXPECT_GT(kept_elsewhere / elsewhere, 0.93);
+  EXPECT_GT(kept_elsewhere / elsewhere, 0.93);  // patches across the edge are left out as a whole: 250 patches in all
   EXPECT_LT(test::off_identity(m.pose, m.centre).shift, 2e-4);
 }
 

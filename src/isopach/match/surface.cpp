@@ -19,48 +19,38 @@ struct Slope {
   double x = 0, y = 0, area = 0;
 };
 
-/// Sides from the first corner of a triangle to the others, and its slope.
+/// The plane over a triangle; none over those that are removed or too thin.
 struct Plane {
-  double bx, by, cx, cy, twice, gx, gy;
-
-  Plane(const MatchSurface& s, const std::array<Index, 3>& v) {
-    const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
-    bx = b.x - a.x, by = b.y - a.y, cx = c.x - a.x, cy = c.y - a.y;
-    twice = bx * cy - by * cx;
-    const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
-    gx = (zb * cy - zc * by) / twice;
-    gy = (zc * bx - zb * cx) / twice;
-  }
-  [[nodiscard]] bool is_thin() const { return !(twice > thin * (bx * bx + by * by + cx * cx + cy * cy)); }
+  bool exists = false;
+  double bx, by, cx, cy;  ///< sides from the first corner to the others
+  double twice;           ///< the area
+  double gx, gy;          ///< slope
 };
 
-// The facets, all but their smoothed slopes and what is made of these.
-void make_facets(MatchSurface& s) {
-  s.facets.resize(s.t.real);
-  for_each_index(s.t.real, [&](std::size_t i) {
-    Facet& f = s.facets[i] = {};
-    if (!s.footprint.keeps(static_cast<Index>(i))) return;
-    const auto& v = s.t.triangles[i].v;
-    const Plane p(s, v);
-    if (p.is_thin()) return;
-    f.x = s.xy[v[0]].x, f.y = s.xy[v[0]].y, f.z = s.z[v[0]];
-    f.gx = static_cast<float>(p.gx), f.gy = static_cast<float>(p.gy);
-    f.bx = static_cast<float>(p.cy / p.twice), f.by = static_cast<float>(-p.cx / p.twice);
-    f.cx = static_cast<float>(-p.by / p.twice), f.cy = static_cast<float>(p.bx / p.twice);
-  });
+[[gnu::always_inline]] inline Plane plane_of(const MatchSurface& s, Index triangle) {
+  Plane p;
+  if (!s.footprint.keeps(triangle)) return p;
+  const auto& v = s.t.triangles[triangle].v;
+  const Point2 &a = s.xy[v[0]], &b = s.xy[v[1]], &c = s.xy[v[2]];
+  p.bx = b.x - a.x, p.by = b.y - a.y, p.cx = c.x - a.x, p.cy = c.y - a.y;
+  p.twice = p.bx * p.cy - p.by * p.cx;
+  p.exists = p.twice > thin * (p.bx * p.bx + p.by * p.by + p.cx * p.cx + p.cy * p.cy);
+  const double zb = s.z[v[1]] - s.z[v[0]], zc = s.z[v[2]] - s.z[v[0]];
+  p.gx = (zb * p.cy - zc * p.by) / p.twice;
+  p.gy = (zc * p.bx - zb * p.cx) / p.twice;
+  return p;
 }
 
 // The mean slope around each node, by area. One after the other in the order of the triangles: the same bits for any
-// number of threads.
+// number of threads. Not from the facets: they are more to read than it is to compute their planes twice.
 Array<Slope> node_slopes(const MatchSurface& s) {
   Array<Slope> slopes(s.xy.size());
   std::fill(slopes.begin(), slopes.end(), Slope{});
   for (Index i = 0; i < s.t.real; ++i) {
-    if (!s.facets[i].exists()) continue;
-    const auto& v = s.t.triangles[i].v;
-    const Plane p(s, v);
-    const double area = p.twice / 2;
-    for (const Index node : v) slopes[node].x += area * p.gx, slopes[node].y += area * p.gy, slopes[node].area += area;
+    const Plane p = plane_of(s, i);
+    if (!p.exists) continue;
+    const double area = p.twice / 2, x = area * p.gx, y = area * p.gy;
+    for (const Index node : s.t.triangles[i].v) slopes[node].x += x, slopes[node].y += y, slopes[node].area += area;
   }
   for_each_index(slopes.size(), [&](std::size_t i) {
     if (slopes[i].area > 0) slopes[i].x /= slopes[i].area, slopes[i].y /= slopes[i].area;
@@ -80,16 +70,23 @@ float rise_of(const MatchSurface& s, const Array<Slope>& slopes, const std::arra
   return static_cast<float>(rise / 24);
 }
 
-void smooth_slopes_and_weights(MatchSurface& s) {
+// Each facet is written once.
+void describe_facets(MatchSurface& s) {
   const Array<Slope> slopes = node_slopes(s);
   s.weight.resize(s.xy.size());
   for_each_index(slopes.size(), [&](std::size_t i) { s.weight[i] = slopes[i].area / 3; });
+  s.facets.resize(s.t.real);
   s.cosine.resize(s.t.real);
   for_each_index(s.t.real, [&](std::size_t i) {
-    Facet& f = s.facets[i];
+    Facet& f = s.facets[i] = {};
     s.cosine[i] = 1;
-    if (!f.exists()) return;
+    const Plane p = plane_of(s, static_cast<Index>(i));
+    if (!p.exists) return;
     const auto& v = s.t.triangles[i].v;
+    f.x = s.xy[v[0]].x, f.y = s.xy[v[0]].y, f.z = s.z[v[0]];
+    f.gx = static_cast<float>(p.gx), f.gy = static_cast<float>(p.gy);
+    f.bx = static_cast<float>(p.cy / p.twice), f.by = static_cast<float>(-p.cx / p.twice);
+    f.cx = static_cast<float>(-p.by / p.twice), f.cy = static_cast<float>(p.bx / p.twice);
     const double x = (slopes[v[0]].x + slopes[v[1]].x + slopes[v[2]].x) / 3,
                  y = (slopes[v[0]].y + slopes[v[1]].y + slopes[v[2]].y) / 3;
     f.smooth_gx = static_cast<float>(x), f.smooth_gy = static_cast<float>(y);
@@ -97,11 +94,6 @@ void smooth_slopes_and_weights(MatchSurface& s) {
     s.cosine[i] =
         static_cast<float>(1 / std::sqrt(1 + (double)f.smooth_gx * f.smooth_gx + (double)f.smooth_gy * f.smooth_gy));
   });
-}
-
-void describe_facets(MatchSurface& s) {
-  make_facets(s);
-  smooth_slopes_and_weights(s);
 }
 
 }  // namespace
