@@ -344,37 +344,33 @@ double median_of(std::vector<double> values) { return median(values); }
 void times(const std::vector<std::size_t>& sizes) {
   fmt::print(
       "\n## Time\n\nThe first start of the face, medians of {}, one thread, time of the processor: reading and the "
-      "two comparisons not counted. Per point of both scans: all of it, then its stages. Last, the same with two "
-      "threads by the clock on the wall.\n\n| points of A | to the pose | per point | project | triangulate | border | "
-      "facets | search | rotation error | two threads |\n|---|---|---|---|---|---|---|---|---|---|\n",
+      "two comparisons not counted. Per point of both scans: all of it, then its stages.\n\n| points of A | to the "
+      "pose | per point | project | triangulate | border | "
+      "facets | search | rotation error |\n|---|---|---|---|---|---|---|---|---|\n",
       time_runs);
   for (const std::size_t n : sizes) {
     const Start start = make_start(pairs[2], n, 1, 0.6);
     const auto points = static_cast<double>(start.moving.points.size() + start.fixed.points.size());
-    std::vector<double> totals, walls;
+    std::vector<double> totals;
     std::array<std::vector<double>, 5> stages;
     double degrees = 0;
-    for (int i = 0; i < 2 * time_runs; ++i) {
+    for (int i = 0; i < time_runs; ++i) {
       MatchOptions options;
       options.compare.check_layers = false;
       options.judge = false;
       Context context;
-      context.threads = 1 + i % 2;
+      context.threads = 1;
       const double before = seconds();
       const Matching m = match(start.moving, start.fixed, options, context);
       const double used = seconds() - before;
       degrees = test::off_identity(test::chained(m.pose, start.away), start.middle).degrees;
-      if (context.threads > 1) {
-        walls.push_back(m.timing.total);
-        continue;
-      }
       totals.push_back(used);
       for (std::size_t k = 0; k < stages.size(); ++k)
         stages[k].push_back(1e9 * used / points * m.timing.stages.at(k).second / m.timing.total);
     }
     fmt::print("| {} | {:.3f} s | {:.0f} ns |", n, median_of(totals), 1e9 * median_of(totals) / points);
     for (const std::vector<double>& stage : stages) fmt::print(" {:.0f} ns |", median_of(stage));
-    fmt::print(" {:.4f}° | {:.3f} s |\n", degrees, median_of(walls));
+    fmt::print(" {:.4f}° |\n", degrees);
     std::fflush(stdout);
   }
 }
