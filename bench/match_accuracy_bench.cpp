@@ -1,5 +1,5 @@
-// How often matching ends where it should: match_accuracy_bench [STARTS [POINTS [PAIR]]] prints
-// docs/matching-benchmark.md; with the name of a pair its row alone, with `times` the times at POINTS alone.
+// How often matching ends where it should: match_accuracy_bench [STARTS [POINTS [PART]]] prints
+// docs/matching-benchmark.md; PART: starts, change, basin, coarse or times, or the name of a pair for its row alone.
 //
 // Every start has scans of its own (seed of the noise and of the sampling), cut to an overlap of its own, moved by a
 // rotation and a shift of its own. Beside what matching reaches stands what no method could better: the Cramér-Rao
@@ -234,7 +234,7 @@ void rows(std::size_t starts, std::size_t n, const std::string& only) {
   }
 }
 
-void accuracy(std::size_t starts, std::size_t n, const std::string& only) {
+void accuracy(std::size_t starts, std::size_t n) {
   fmt::print(
       "## Random starts\n\n"
       "Every start: scans with noise and sampling of their own, cut to an overlap between 60 % and 100 %, turned by up "
@@ -249,8 +249,8 @@ void accuracy(std::size_t starts, std::size_t n, const std::string& only) {
       "| pair | points of A | starts | reached | by the bound | rotation: median, 95 %, worst | shift: median, 95 %, "
       "worst | rotation, rms: found, said, bound | in deviations |\n|---|---|---|---|---|---|---|---|---|\n",
       degree_target, shift_target);
-  rows(starts, n, only);
-  if (only.empty()) rows(std::max<std::size_t>(4, starts / 10), 10 * n, only);
+  rows(starts, n, "");
+  rows(std::max<std::size_t>(4, starts / 10), 10 * n, "");
 }
 
 // A fifth of the area is truly different: what it does to the pose, and what is then measured of it.
@@ -382,25 +382,23 @@ int main(int argc, char** argv) {
   using namespace isopach;
   const auto starts = static_cast<std::size_t>(argc > 1 ? std::atof(argv[1]) : 200);
   const auto n = static_cast<std::size_t>(argc > 2 ? std::atof(argv[2]) : 1e5);
-  fmt::print(
-      "# Matching: accuracy\n\nWritten by `match_accuracy_bench {} {}` (release build with ISOPACH_BENCH): scenes of "
-      "`isopach simulate`, "
-      "`isopach match --pose-only` from each start, without --coarse but in its own table.\n\n",
-      starts, n);
-  const std::string only = argc > 3 ? argv[3] : "";
-  if (only == "times") {
-    times({n});
-    return 0;
-  }
-  accuracy(starts, n, only);
-  if (!only.empty()) return 0;
-  change(std::max<std::size_t>(4, starts / 5), n);
-  basin(n);
-  coarse(starts, n);
-  times({n / 2, n, 2 * n});
-  fmt::print(
-      "\n## Aims\n\nReached: 99 % of the starts in every row of the first table, 95 % with --coarse. Any row below "
-      "that "
-      "is missed; what noise alone would miss of it is in the column of the bound.\n");
+  const std::string part = argc > 3 ? argv[3] : "";
+  const auto is_asked = [&](const std::string& name) { return part.empty() || part == name; };
+  if (part.empty())
+    fmt::print(
+        "# Matching: accuracy\n\nWritten by `match_accuracy_bench` (release build with ISOPACH_BENCH), each table with "
+        "its starts and points: scenes of `isopach simulate`, `isopach match --pose-only` from each start, without "
+        "--coarse but in its own table.\n\n");
+  const bool is_pair = std::any_of(pairs.begin(), pairs.end(), [&](const Pair& p) { return p.name == part; });
+  if (is_pair) rows(starts, n, part);
+  if (is_asked("starts")) accuracy(starts, n);
+  if (is_asked("change")) change(std::max<std::size_t>(4, starts / 5), n);
+  if (is_asked("basin")) basin(n);
+  if (is_asked("coarse")) coarse(starts, n);
+  if (is_asked("times")) times({n / 2, n, 2 * n});
+  if (part.empty())
+    fmt::print(
+        "\n## Aims\n\nReached: 99 % of the starts in every row of the first table, 95 % with --coarse. Any row below "
+        "that is missed; what noise alone would miss of it is in the column of the bound.\n");
   return 0;
 }

@@ -40,7 +40,7 @@ ResidualSums evaluate_block(ResidualSide& side, const View& view, const Evaluati
                             std::size_t stride, std::size_t begin, std::size_t end) {
   ResidualSums sums;
   PatchRows rows((stride - 1) * patch);
-  Index last = 0;
+  auto last = static_cast<Index>(begin * side.target->t.real / side.nodes->xy.size());  // both lie along one curve
   for (std::size_t first = begin; first < end; first += patch) {
     if (first / patch % stride != 0) continue;
     if (what.again)
