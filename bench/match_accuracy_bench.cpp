@@ -257,10 +257,12 @@ void accuracy(std::size_t starts, std::size_t n) {
 void change(std::size_t starts, std::size_t n) {
   fmt::print(
       "\n## A fifth of the area changed\n\n"
-      "A hill of known volume over 20 % of the terrain, in B alone; both scans whole, turned and shifted as above. "
+      "{} points. A hill of known volume over 20 % of the terrain, in B alone; both scans whole, turned and shifted as "
+      "above. "
       "Volume: "
       "net volume of the comparison at the found pose over the true one.\n\n"
-      "| | starts | rotation, rms | shift, rms | volume, largest error |\n|---|---|---|---|---|\n");
+      "| | starts | rotation, rms | shift, rms | volume, largest error |\n|---|---|---|---|---|\n",
+      n);
   for (const double changed : {0.0, 0.2}) {
     Pair pair = pairs[0];
     pair.changed = changed;
@@ -289,8 +291,10 @@ void change(std::size_t starts, std::size_t n) {
 // From how far about the axis it still comes back.
 void basin(std::size_t n) {
   fmt::print(
-      "\n## Basin about the axis\n\nShift of up to 5 % of the extent, whole scans; four starts of each angle, half of "
-      "them the other way. Back: as above.\n\n| pair | 15° | 30° | 45° |\n|---|---|---|---|\n");
+      "\n## Basin about the axis\n\n{} points. Shift of up to 5 % of the extent, whole scans; four starts of each "
+      "angle, half of "
+      "them the other way. Back: as above.\n\n| pair | 15° | 30° | 45° |\n|---|---|---|---|\n",
+      n);
   for (Pair pair : {pairs[0], pairs[2]}) {
     pair.about_axis = true;
     fmt::print("| {} |", pair.name);
@@ -314,11 +318,13 @@ void basin(std::size_t n) {
 // From any turn about the axis.
 void coarse(std::size_t starts, std::size_t n) {
   fmt::print(
-      "\n## Any turn about the axis, with --coarse\n\nOverlap and shift as in the first table. Found: within 0.1° and "
+      "\n## Any turn about the axis, with --coarse\n\n{} points. Overlap and shift as in the first table. Found: "
+      "within 0.1° and "
       "a "
       "thousandth of the extent. Reached: as above.\n\n| pair | starts | found | reached | rotation: median, 95 %, "
       "worst "
-      "|\n|---|---|---|---|---|\n");
+      "|\n|---|---|---|---|---|\n",
+      n);
   for (Pair pair : {pairs[0], pairs[2]}) {
     pair.about_axis = pair.coarse = true;
     pair.degrees = 180;
