@@ -344,8 +344,6 @@ void coarse(std::size_t starts, std::size_t n) {
 
 double seconds() { return static_cast<double>(std::clock()) / CLOCKS_PER_SEC; }
 
-double median_of(std::vector<double> values) { return median(values); }
-
 // Time of the processor, all threads together: what else runs on the machine hardly changes it.
 void times(const std::vector<std::size_t>& sizes) {
   fmt::print(
@@ -374,8 +372,8 @@ void times(const std::vector<std::size_t>& sizes) {
       for (std::size_t k = 0; k < stages.size(); ++k)
         stages[k].push_back(1e9 * used / points * m.timing.stages.at(k).second / m.timing.total);
     }
-    fmt::print("| {} | {:.3f} s | {:.0f} ns |", n, median_of(totals), 1e9 * median_of(totals) / points);
-    for (const std::vector<double>& stage : stages) fmt::print(" {:.0f} ns |", median_of(stage));
+    fmt::print("| {} | {:.3f} s | {:.0f} ns |", n, median(totals), 1e9 * median(totals) / points);
+    for (std::vector<double>& stage : stages) fmt::print(" {:.0f} ns |", median(stage));
     fmt::print(" {:.4f}° |\n", degrees);
     std::fflush(stdout);
   }

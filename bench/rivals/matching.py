@@ -95,6 +95,12 @@ def read_points(path, tool, folder):
     return np.loadtxt(copy, usecols=(0, 1, 2), comments=["#", "//"])
 
 
+def cpu_of_children():
+    """CPU seconds of all processes that were started and have ended."""
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
+
+
 class Isopach:
     def __init__(self, binary):
         self.binary = str(pathlib.Path(binary).resolve())
@@ -106,12 +112,10 @@ class Isopach:
         return run
 
     def match(self, folder, moving, fixed, *words):
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
+        before = cpu_of_children()
         run = self("match", moving, fixed, "--json", "-", "--threads", 1, *words, codes=(0, 4, 5))
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+        seconds = cpu_of_children() - before
         return (np.array(json.loads(run.stdout)["pose"]["matrix"]) if run.stdout else None), seconds
-
 
     def search(self, moving, fixed, threads, *words):
         """Pose, and the wall seconds of all stages but reading and writing."""
@@ -226,11 +230,10 @@ def by_cloudcompare(folder):
             place = pathlib.Path(name)
             write_ply(place / "moving.ply", moving)
             write_ply(place / "fixed.ply", fixed)
-            before = resource.getrusage(resource.RUSAGE_CHILDREN)
+            before = cpu_of_children()
             words = "-SILENT -AUTO_SAVE OFF -O moving.ply -O fixed.ply -ICP -OVERLAP 70"
             subprocess.run(["CloudCompare", *words.split()], cwd=place, capture_output=True)
-            after = resource.getrusage(resource.RUSAGE_CHILDREN)
-            seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
+            seconds = cpu_of_children() - before
             found = list(place.glob("moving_REGISTRATION_MATRIX*"))
             return (pair.uncentred(np.loadtxt(found[0])) if found else None), seconds
 

@@ -231,7 +231,6 @@ class Distance(OptionsTest):
         "--normal-scale": ["--normal-scale", "-1"], "--projection-scale": ["--projection-scale", "0"],
         "--max-depth": ["--max-depth", "deep"], "--registration-error": ["--registration-error", "-1"],
         "--core-points": [*M3C2, "--core-points", "nowhere.xyz"],
-
     }
 
     def test_acts_and_wrong(self):

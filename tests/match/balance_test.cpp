@@ -6,7 +6,7 @@
 #include <cmath>
 #include <numeric>
 
-#include "tests/support/points.hpp"
+#include "tests/match/square.hpp"
 
 namespace isopach {
 namespace {
@@ -14,13 +14,7 @@ namespace {
 constexpr std::size_t patch = 32;
 
 MatchSurface scan(std::size_t n, std::uint64_t seed) {
-  const CurveBox box = curve_box({{0, 0}, {1, 1}});
-  const std::vector<Point2> places = test::uniform(n, seed);
-  Array<Point2> xy;
-  (void)curve_order(places, box, nullptr, &xy);
-  Array<double> z(xy.size());
-  std::fill(z.begin(), z.end(), 0.0);
-  return make_surface(std::move(xy), std::move(z), box, false, 0, {});
+  return test::square(n, seed, [](const Point2&, std::size_t) { return 0.0; });
 }
 
 struct Located {

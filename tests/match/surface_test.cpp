@@ -6,23 +6,12 @@
 #include <cmath>
 
 #include "isopach/base/random.hpp"
+#include "tests/match/square.hpp"
 
 namespace isopach {
 namespace {
 
-/// Random nodes in curve order of the unit square, with the heights that `height` gives to (place, number).
-template <class Height>
-MatchSurface square(std::size_t n, std::uint64_t seed, const Height& height) {
-  const RandomStream random(seed, 0);
-  Array<Point2> places(n);
-  for (std::size_t i = 0; i < n; ++i) places[i] = {random.uniform(2 * i), random.uniform(2 * i + 1)};
-  const CurveBox box = curve_box({{0, 0}, {1, 1}});
-  Array<Point2> sorted;
-  (void)curve_order(places, box, nullptr, &sorted);
-  Array<double> z(n);
-  for (std::size_t i = 0; i < n; ++i) z[i] = height(sorted[i], i);
-  return make_surface(std::move(sorted), std::move(z), box, false, 0, {});
-}
+using test::square;
 
 /// Of every node, height by height: its slope is read from how steep it is on two planes.
 Array<SlopeNoise> noise_by_unit_heights(std::size_t n, std::uint64_t seed) {

@@ -162,11 +162,10 @@ void PatchRows::recall(const ResidualSide& side, std::size_t begin, std::size_t 
 
 [[gnu::always_inline]] inline void PatchRows::take(const ResidualSide& side, std::size_t k, Index i,
                                                    const ResidualRow& row) {
-  const MatchSurface& target = *side.target;
   const Index at = side.hint[i];
   node_[k] = i;
   vertical_[k] = row.vertical;
-  area_[k] = target.facet_weight.empty() ? side.weight(i) : side.weight(i) * facet_weight(target, at);
+  area_[k] = side.weight(i) * facet_weight(*side.target, at);
   arm_x_[k] = row.arm_x, arm_y_[k] = row.arm_y, arm_z_[k] = row.arm_z;
   gx_[k] = row.smooth_gx, gy_[k] = row.smooth_gy;
   factor_[k] = side.factors()[at];

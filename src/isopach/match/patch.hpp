@@ -80,7 +80,8 @@ struct View {
 };
 
 /// The rows of one patch. Their products are made in single precision: a derivative that is wrong in its seventh digit
-/// changes a step as little. What decides, the residual and its loss, is in double precision.
+/// changes a step as little. What decides, the residual and its loss, is in double precision, but for the slope of the
+/// facet: it spans one facet alone.
 class PatchRows {
  public:
   /// `skipped`: nodes between one patch and the next.

@@ -1,6 +1,7 @@
 // MatchSurface: a scan as the search sees it, in frame coordinates: nodes, triangulation, what its sampling supports,
 // and the area each node stands for.
 #pragma once
+#include <array>
 #include <limits>
 
 #include "isopach/base/context.hpp"
@@ -25,11 +26,15 @@ struct alignas(64) Facet {
   float rise = 0;
 
   [[nodiscard]] bool exists() const { return z == z; }
+  /// Barycentric coordinates of the two other corners at (x, y) + (dx, dy), in single precision.
+  [[nodiscard]] std::array<float, 2> shares(double dx, double dy) const {
+    const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
+    return {bx * fx + by * fy, cx * fx + cy * fy};
+  }
   /// Of the surface: the facet's and the rise, spread as a bubble that is 0 at the corners.
   [[nodiscard]] double height(double px, double py) const {
     const double dx = px - x, dy = py - y;
-    const auto fx = static_cast<float>(dx), fy = static_cast<float>(dy);
-    const float b = bx * fx + by * fy, c = cx * fx + cy * fy;
+    const auto [b, c] = shares(dx, dy);
     const float bubble = 4 * (b * c + (1 - b - c) * (b + c));
     return z + static_cast<double>(gx) * dx + static_cast<double>(gy) * dy + static_cast<double>(rise * bubble);
   }
