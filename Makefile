@@ -11,7 +11,9 @@ build: setup
 	@cmake --preset release --log-level=WARNING
 	@cmake --build --preset release -j $(JOBS)
 
-demo: build  ## a comparison with known truth, and its report
+demo: setup  ## a comparison with known truth, and its report; builds the program alone
+	@cmake --preset release --log-level=WARNING
+	@cmake --build --preset release -j $(JOBS) --target isopach-bin
 	@build/release/bin/isopach demo -o out/demo
 
 test: build  ## all tests; the last lines are ctest's own

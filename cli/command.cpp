@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "cli/interrupt.hpp"
+#include "cli/terminal.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/version.hpp"
 
@@ -301,11 +302,11 @@ Run::Run(const RunOptions& options, std::uint64_t seed)
 void Run::say(const std::string& line) {
   if (quiet_) return;
   progress_.clear();
-  fmt::print(stderr, "{}\n", line);
+  write_message(printable(line) + "\n");
 }
 
 void Run::show(const std::string& text) {
-  if (!quiet_) print(text);
+  if (!quiet_) print(printable(text));
 }
 
 void Run::print(const std::string& text) {

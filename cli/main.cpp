@@ -7,6 +7,7 @@
 
 #include "cli/command.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/terminal.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/version.hpp"
@@ -72,7 +73,7 @@ int fail(ExitCode code, const std::string& message) {
   for (char& c : line)
     if (c == '\n' || c == '\r') c = ' ';
   std::fflush(stdout);
-  fmt::print(stderr, "isopach: {}\n", line);
+  write_message(fmt::format("isopach: {}\n", printable(line)));
   return static_cast<int>(code);
 }
 

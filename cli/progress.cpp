@@ -8,6 +8,8 @@
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "cli/terminal.hpp"
+
 namespace isopach::cli {
 namespace {
 
@@ -32,11 +34,11 @@ void Progress::step(std::string_view stage, double fraction) {
   const Clock::time_point now = Clock::now();
   if (verbose_ && new_stage) {
     clear();
-    fmt::print(stderr, "{:9.3f} s  {}\n", seconds(now - start_), stage);
+    write_message(fmt::format("{:9.3f} s  {}\n", seconds(now - start_), stage));
   }
   if (json_) {
     const nlohmann::ordered_json line{{"stage", stage_}, {"fraction", fraction}};
-    fmt::print(stderr, "{}\n", line.dump());
+    write_message(line.dump() + "\n");
   }
   const bool due = new_stage || seconds(now - drawn_) >= redraw_s;
   if (bar_ && due && (!patient_ || seconds(now - start_) >= patience_s)) {
@@ -51,15 +53,13 @@ void Progress::draw(double fraction) {
                                  100 * fraction, stage_);
   const std::size_t width = line.size();
   if (width < width_) line.append(width_ - width, ' ');
-  fmt::print(stderr, "\r{}", line);
-  std::fflush(stderr);
+  write_message("\r" + line);
   width_ = width;
 }
 
 void Progress::clear() {
   if (width_ == 0) return;
-  fmt::print(stderr, "\r{}\r", std::string(width_, ' '));
-  std::fflush(stderr);
+  write_message("\r" + std::string(width_, ' ') + "\r");
   width_ = 0;
 }
 

@@ -97,6 +97,9 @@ class Reader {
     const double south = values_.count("yllcenter") != 0 ? need("yllcenter") - dy / 2 : need("yllcorner");
     if (!std::isfinite(west) || !std::isfinite(south)) fail("the corner of the grid is not finite");
     grid.geotransform = {west, dx, 0, south + dy * static_cast<double>(grid.rows), 0, -dy};
+    if (!has_places(grid))
+      fail(fmt::format("cells of {} by {} at ({}, {}) have no places of their own in double precision", dx, dy, west,
+                       south));
     return grid;
   }
 

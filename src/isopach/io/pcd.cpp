@@ -143,10 +143,12 @@ class PcdReader {
       stride_ += field.bytes();
       numbers += field.count;
     }
-    // A number takes at least two bytes as text, and LZF cannot shrink by more than this; see read_compressed.
+    // A number takes at least two bytes as text, but the last one may end with the file; LZF cannot shrink by more than
+    // this, see read_compressed.
     const std::uint64_t left = bytes_.size() - body_;
-    const std::uint64_t most = data_ == "binary_compressed" ? left * lzf_ratio : left + 1;
-    const std::uint64_t row = data_ == "ascii" ? numbers * 2 : stride_;
+    const bool ascii = data_ == "ascii";
+    const std::uint64_t most = ascii ? left + 1 : data_ == "binary_compressed" ? left * lzf_ratio : left;
+    const std::uint64_t row = ascii ? numbers * 2 : stride_;
     if (row == 0 || points_ > most / row)
       fail(fmt::format("{} points announced, but the file ends before: it is incomplete or damaged", points_));
   }

@@ -83,9 +83,7 @@ RasterGrid grid_of(GDALDataset& data, Cloud& cloud) {
     grid.geotransform = {0, 1, 0, 0, 0, -1};
     cloud.notes.emplace_back("the raster has no georeference: its cells are taken as 1 by 1, the first row on top");
   }
-  const auto& g = grid.geotransform;
-  const bool finite = std::all_of(g.begin(), g.end(), [](double v) { return std::isfinite(v); });
-  if (!finite || g[1] * g[5] - g[2] * g[4] == 0) fail(cloud.path, "the georeference of the raster is degenerate");
+  if (!has_places(grid)) fail(cloud.path, "the georeference of the raster is degenerate");
   return grid;
 }
 
@@ -179,6 +177,21 @@ Cloud read_by_gdal(const std::string& path, const char* driver, const Context& c
 }
 
 }  // namespace
+
+bool has_places(const RasterGrid& grid) {
+  const auto& g = grid.geotransform;
+  const double determinant = g[1] * g[5] - g[2] * g[4];
+  if (!std::isfinite(determinant) || determinant == 0) return false;
+  for (const std::size_t column : {std::size_t{0}, grid.columns - 1})
+    for (const std::size_t row : {std::size_t{0}, grid.rows - 1}) {
+      const Point3 p = cell_centre(grid, column, row, 0);
+      const double dx = p.x - g[0], dy = p.y - g[3];
+      if (std::floor((dx * g[5] - dy * g[2]) / determinant) != static_cast<double>(column) ||
+          std::floor((dy * g[1] - dx * g[4]) / determinant) != static_cast<double>(row))
+        return false;
+    }
+  return true;
+}
 
 bool is_raster(std::string_view head) { return driver_of(head) != nullptr || is_ascii_grid(head); }
 

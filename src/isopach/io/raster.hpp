@@ -19,6 +19,10 @@ namespace isopach {
 /// Oracle: RasterTest.RoundTripsThroughGeoTiff.
 [[nodiscard]] Cloud read_raster(const std::string& path, const ReadOptions& options, const Context& context);
 
+/// Has every cell a place of its own: are coordinates finite and is the centre of each corner cell found in that cell
+/// again? False where cells are smaller than what doubles resolve there, or where their size overflows.
+[[nodiscard]] bool has_places(const RasterGrid& grid);
+
 /// Centre of a cell at height z.
 [[nodiscard]] Point3 cell_centre(const RasterGrid& grid, std::size_t column, std::size_t row, double z);
 

@@ -23,7 +23,11 @@ RasterValues::RasterValues(const std::string& path, const std::string& option, c
 RasterValues::RasterValues(const Cloud& cloud) : grid_(*cloud.grid), crs_(cloud.crs) {
   value_.resize(grid_.columns * grid_.rows);
   std::fill(value_.begin(), value_.end(), std::nan(""));
-  for (const Point3& p : cloud.points) value_[*place(p)] = p.z;
+  for (const Point3& p : cloud.points) {
+    const auto where = place(p);
+    if (!where) throw InputError(cloud.path + ": a cell of the raster lies outside it: its georeference is damaged");
+    value_[*where] = p.z;
+  }
 }
 
 double RasterValues::at(const Point3& p) const {

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <initializer_list>
 #include <optional>
+#include <unordered_set>
 
 #include "isopach/base/error.hpp"
 #include "isopach/geom/rigid.hpp"
@@ -175,11 +176,13 @@ std::string color_name(const std::string& name) {
 // Adds the wanted attributes to the cloud and returns their columns. Columns of text are no attributes.
 std::vector<int> choose_attributes(const Layout& layout, const ReadOptions& options, Cloud& cloud) {
   std::vector<int> columns;
+  std::unordered_set<std::string> taken;
   for (int i = 0; i < static_cast<int>(layout.names.size()); ++i) {
     const std::string name = color_name(layout.names[static_cast<std::size_t>(i)].name);
     if (std::find(layout.axes.begin(), layout.axes.end(), i) != layout.axes.end()) continue;
-    if (name.empty() || !wanted(options, name) || cloud.find_attribute(name) != nullptr) continue;
+    if (name.empty() || !wanted(options, name) || taken.count(name) != 0) continue;
     if (static_cast<std::size_t>(i) < layout.numeric.size() && !layout.numeric[static_cast<std::size_t>(i)]) continue;
+    taken.insert(name);
     cloud.attributes.push_back({name, {}});
     columns.push_back(i);
   }
