@@ -5,10 +5,12 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/parse.hpp"
 #include "cli/verbs.hpp"
+#include "isopach/io/las.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/io/write.hpp"
 
@@ -48,10 +50,37 @@ bool is_colour(const Attribute& attribute) {
   return attribute.name == "red" || attribute.name == "green" || attribute.name == "blue";
 }
 
-/// What was written, and what the format has no place for.
-std::string summary(const std::string& path, const Cloud& cloud) {
+std::string extension_of(const std::string& path) {
   std::string end = std::filesystem::path(path).extension().string();
   for (char& c : end) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return end;
+}
+
+std::string words(const LasStorage& s) {
+  return fmt::format("LAS 1.{}, point format {}, steps of {}, {} and {}", s.minor, s.format, s.step[0], s.step[1],
+                     s.step[2]);
+}
+
+/// How a LAS file stores what was read, and what of that is not as it was; `before`: of IN, if that is LAS too.
+std::string storage_summary(const std::string& path, const std::optional<LasStorage>& before) {
+  const LasStorage now = las_storage(path);
+  std::string text = "stored as " + words(now);
+  if (before && words(*before) != words(now)) text += "; read from " + words(*before);
+  std::vector<std::string> extra;
+  for (const LasStorage::Extra& e : now.extra) {
+    std::string was;
+    if (before)
+      for (const LasStorage::Extra& old : before->extra)
+        if (old.name == e.name && old.type != e.type) was = " (was " + old.type + ")";
+    extra.push_back(fmt::format("{} as {}{}", e.name, e.type, was));
+  }
+  if (!extra.empty()) text += fmt::format("; extra bytes: {}", fmt::join(extra, ", "));
+  return text;
+}
+
+/// What was written, and what the format has no place for.
+std::string summary(const std::string& path, const Cloud& cloud) {
+  const std::string end = extension_of(path);
   const auto one_of = [&](std::initializer_list<const char*> ends) {
     return std::find(ends.begin(), ends.end(), end) != ends.end();
   };
@@ -96,6 +125,8 @@ int run_convert(const Arguments& arguments) {
   options.all_attributes = true;
   options.faces = true;
   Cloud cloud = read_cloud(in, options, run.context());
+  std::optional<LasStorage> before;  // now: OUT may be the same file
+  if (cloud.format == "las" || cloud.format == "laz") before = las_storage(in);
   for (const std::string& note : cloud.notes) run.say(fmt::format("warning: {}: {}", in, note));
   if (!pose.is_identity()) {
     for (Point3& p : cloud.points) p = pose.apply(p);
@@ -104,6 +135,7 @@ int run_convert(const Arguments& arguments) {
   }
   write_cloud(out, cloud, run.context());
   run.show(summary(out, cloud));
+  if (const std::string end = extension_of(out); end == ".las" || end == ".laz") run.show(storage_summary(out, before));
   return 0;
 }
 

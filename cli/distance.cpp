@@ -81,7 +81,7 @@ void add_measure_options(Command& command, Request& request) {
       ->check(positive());
   command
       .option("--samples", "N", request.samples,
-              fmt::format("surface: samples a triangle, on average (default {})", options.samples))
+              fmt::format("surface: samples a triangle, on average and at least (default {})", options.samples))
       ->check(whole_number(1, 1'000'000));
   command.heading("M3C2 (Lague, Brodu, Leroux 2013)");
   command

@@ -258,6 +258,7 @@ int run_match(const Arguments& arguments) {
   if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
+  wanted.faces = true;  // files that have some may be nominal meshes
   if (compare.weight.kind == WeightSource::Kind::attribute) wanted.attributes.push_back(compare.weight.text);
   const Cloud moving = read_cloud(request.moving, wanted, run.context());
   const Cloud fixed = read_cloud(request.fixed, wanted, run.context());

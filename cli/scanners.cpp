@@ -68,7 +68,8 @@ int run_scanners(const Arguments& arguments) {
   const Context& context = run.context();
   const std::unique_ptr<OutputFolder> folder = open_folder(request.output);
   Stopwatch watch;
-  const ReadOptions wanted = read_options(compare.project);
+  ReadOptions wanted = read_options(compare.project);
+  wanted.faces = true;  // files that have some may be nominal meshes
   const Cloud a = read_cloud(request.a, wanted, context), b = read_cloud(request.b, wanted, context);
   const Cloud reference = read_cloud(request.reference, wanted, context);
   const double read_s = watch.lap();

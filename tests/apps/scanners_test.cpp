@@ -109,6 +109,40 @@ TEST(Scanners, SaysWhoSeesTheTexture) {
   EXPECT_LT(s.rho_dv, s.rho);
 }
 
+/// Waves of 40 along x and 50 along y.
+Cloud long_waves(std::size_t points, std::uint64_t seed) {
+  Cloud cloud;
+  for (const Point2& p : bordered_nodes(rectangle({0, 0}, {100, 100}), points, {seed, 0}))
+    cloud.points.push_back({p.x, p.y, 5 * std::sin(p.x / 6) * std::cos(p.y / 8)});
+  return cloud;
+}
+
+// Points 3 apart lie close to long waves, and so do the heights between them: that says nothing of waves of 2 and 4.
+TEST(Scanners, ClaimsNoDetailFinerThanItsPointsHold) {
+  const Scanners s = scanners(long_waves(1100, 2), long_waves(3000, 3), long_waves(40000, 1), in_place(), {});
+  for (const Scanner& scan : s.scan) EXPECT_GE(scan.resolved, 2 * scan.spacing);
+  for (const DetailScale& d : s.detail)
+    for (std::size_t k = 0; k < 2; ++k)
+      if (d.length < 2 * s.scan[k].spacing) {
+        EXPECT_FALSE(d.seen[k]) << d.length;
+      }
+}
+
+TEST(Scanners, TheCurvatureOfLongWavesIsNoDetail) {
+  const RandomStream random(7, 0);
+  std::vector<DetailSample> samples;
+  for (std::size_t k = 0; k < 20; ++k)
+    for (int i = 0; i < 4; ++i)
+      for (int j = 0; j < 4; ++j) {
+        const double x = 4 * static_cast<double>(k) + i, y = i % 2 == 0 ? j : 3 - j;
+        const double hill = 0.01 * x * x - 0.02 * x * y + 0.03 * y * y + x, noise = random.normal(samples.size());
+        samples.push_back({{x, y}, hill, {hill, 0.1 * noise}});
+      }
+  const DetailScale d = detail_scales(samples, 1).front();
+  EXPECT_LT(d.reference, 1e-10);
+  EXPECT_NEAR(d.error[1], 0.1 * std::sqrt(10.0 / 16), 0.01);  // of 16 degrees of freedom 10 are left
+}
+
 TEST(Scanners, TheSameBitsForAnyThreadsAndOrder) {
   const Cloud a = scan(2500, 0.05, 0, 2), b = scan(600, 0.05, 0.1, 3, 5), reference = scan(6000, 0, 0, 1);
   const Scanners one = scanners(a, b, reference, in_place(), {});

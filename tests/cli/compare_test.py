@@ -187,6 +187,16 @@ class Options(CliTest):
             for result in results[1:]:
                 self.assertEqual(result[key], results[0][key])
 
+    def test_rho_dv_is_told_where_densities_differ(self):
+        a, b = self.scans(n=2000)
+        for name, rows in {"even.xyz": 1, "sparse.xyz": 3}.items():
+            self.write(name, self.path(a).read_text().splitlines()[::rows])
+        told = self.run_cli("compare", a, "even.xyz").stdout, self.run_cli("compare", a, "sparse.xyz").stdout
+        self.assertNotIn("rho_dV", told[0])
+        self.assertIn("rho_dV", told[1])
+        self.assertIn("rho_dV", self.run_cli("compare", a, "even.xyz", "--measure", "dV").stdout)
+        self.assertIsNotNone(self.result("compare", a, "even.xyz")["measure"]["rho_dv"])
+
     def test_measure_dv_is_told_first(self):
         a, b = self.scans(n=4000)
         plain, detail = self.result("compare", a, b), self.result("compare", a, b, "--measure", "dV")

@@ -118,9 +118,14 @@ class Options(CliTest):
 
     def test_samples(self):
         a, b = self.scans()
-        few, many = (self.result("distance", a, b, "--measure", "surface", "--samples", n)["surface"]["a_to_b"]["samples"]
-                     for n in [1, 50])
-        self.assertGreater(many, 10 * few)
+        few, many = (self.result("distance", a, b, "--measure", "surface", "--samples", n)["surface"]["a_to_b"]
+                     for n in [1, 200])  # six a triangle are the least: two sets of three
+        self.assertGreater(many["samples"], 10 * few["samples"])
+        for figures in few, many:
+            self.assertLessEqual(figures["mean_error"], 1e-3 * figures["mean"])
+            self.assertLessEqual(figures["rms_error"], 1e-3 * figures["rms"])
+        self.assertLess(abs(few["mean"] - many["mean"]), 5 * (few["mean_error"] + many["mean_error"]))
+        self.assertIn("± ", self.run_cli("distance", a, b, "--measure", "surface").stdout)
 
     def test_m3c2(self):
         a, b = self.scans()

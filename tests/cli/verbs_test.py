@@ -1,6 +1,7 @@
 """info, simulate, demo, convert, and what all verbs share."""
 
 import json
+import struct
 import unittest
 
 from support import CliTest, points
@@ -106,6 +107,24 @@ class Convert(CliTest):
         self.assertEqual(self.run_cli("convert", "mesh.obj", "b.stl").stdout, "b.stl: 3 points, 1 faces\n")
         self.assertEqual(self.run_cli("convert", "mesh.obj", "b.xyz").stdout,
                          "b.xyz: 3 points; .xyz cannot hold 1 faces\n")
+
+    def test_says_how_las_stores_what_it_stored_otherwise(self):
+        """LAS 1.2, point format 3, steps of 0.01, an extra field of 16 bits: none of these stays as it is."""
+        record = struct.Struct("<iiiHBBbBHdHHHH")
+        extra = b"\0\0" + bytes([3, 0]) + b"range".ljust(188, b"\0")
+        vlr = struct.pack("<H16sHH32s", 0, b"LASF_Spec", 4, len(extra), b"") + extra
+        header = struct.pack("<4sHHIHH8sBB32s32sHHHIIBHI5I", b"LASF", 0, 0, 0, 0, 0, b"", 1, 2, b"", b"", 0, 0, 227,
+                             227 + len(vlr), 1, 3, record.size, 3, 3, 0, 0, 0, 0)
+        header += struct.pack("<12d", 0.01, 0.01, 0.01, 0, 0, 0, 10, 0, 10, 0, 1, 0)
+        rows = [record.pack(100 * x, 100 * y, 25, 7, 9, 2, 0, 0, 1, 0.5, 1, 2, 3, 400) for x, y in [(0, 0), (10, 0), (0, 10)]]
+        self.path("old.las").write_bytes(header + vlr + b"".join(rows))
+        lines = self.run_cli("convert", "old.las", "new.las").stdout.splitlines()
+        self.assertEqual(lines[1], "stored as LAS 1.4, point format 7, steps of 0.0001, 0.0001 and 0.0001; read from LAS 1.2, "
+                         "point format 3, steps of 0.01, 0.01 and 0.01; extra bytes: range as double (was uint16)")
+        self.assertEqual(len(self.run_cli("convert", "old.las", "new.ply").stdout.splitlines()), 1)
+        again = self.run_cli("convert", "new.las", "again.las").stdout.splitlines()[1]
+        self.assertNotIn("read from", again)
+        self.assertNotIn("was", again)
 
     def test_unknown_extension(self):
         self.write("a.xyz", points(1))

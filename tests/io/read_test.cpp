@@ -34,7 +34,7 @@ TEST(ReadTest, FilesThatCannotBeRead) {
   write_file(folder / "scan.bin", std::string("\x01\x02\x00\x03garbage", 11));
   expect_unreadable(folder / "scan.bin", "binary file of unknown format");
   write_file(folder / "scan.xyz", std::string("ASTM-E57\x01\x00\x00\x00", 12));
-  expect_unreadable(folder / "scan.xyz", "E57 is not supported yet");
+  expect_unreadable(folder / "scan.xyz", "this is an E57 file, which is not read: convert it to PLY or LAS");
   write_file(folder / "scan.ply", "1 2 3\n");
   expect_unreadable(folder / "scan.ply", "not a PLY file");
   write_file(folder / "scan.tif", "1 2 3\n");

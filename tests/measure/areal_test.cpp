@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/random.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/overlay/border.hpp"
 #include "tests/support/clouds.hpp"
@@ -191,6 +192,28 @@ TEST(Areal, SameBitsForAnyNumberOfThreads) {
     if (first.empty()) first = now;
     EXPECT_EQ(first, now);
   }
+}
+
+// Triangles average the noise of their corners: of white noise the areal Sq keeps 71 % (plane) and 83 % (bent).
+TEST(Areal, WhiteNoiseCountsInFullOverThePoints) {
+  const RandomStream random(5, 0);
+  std::uint64_t node = 0;
+  const Mesh m = mesh_of(test::framed_square(20000, 3), [&](const Point2&) { return 7 + 0.5 * random.normal(node++); });
+  const ArealParameters linear = areal_parameters(surface_of(m, 1), {});
+  const ArealParameters cubic = areal_parameters(surface_of(m, 3), {});
+  EXPECT_NEAR(linear.sq, 0.5 * std::sqrt(0.5), 0.01);
+  EXPECT_NEAR(cubic.sq, 0.5 * 0.83, 0.015);
+  for (const ArealParameters& p : {linear, cubic}) EXPECT_NEAR(p.sq_points, 0.5, 0.01);
+  EXPECT_EQ(linear.sq_points, cubic.sq_points);  // corners of cut triangles are no points
+}
+
+TEST(Areal, OverThePointsOfTheTrianglesAlone) {
+  TriangleSurface s;
+  s.xy = {{0, 0}, {1, 0}, {0, 1}, {9, 9}};
+  s.z = {1, 2, 6, 100};
+  s.triangles = {{0, 1, 2}};
+  s.measured = 4;
+  EXPECT_NEAR(areal_parameters(s, {}).sq_points, std::sqrt((4.0 + 1 + 9) / 3), 1e-14);
 }
 
 }  // namespace

@@ -1,4 +1,4 @@
-// Patches of 16 neighbouring places: what of the values there a plane does not explain.
+// Patches of 16 neighbouring places: what of the values there a plane, or a quadratic surface, does not explain.
 #pragma once
 #include <Eigen/Dense>
 
@@ -22,6 +22,22 @@ int take_off_plane(const PatchValues<2>& xy, PatchValues<columns>& values) {
   const Eigen::ColPivHouseholderQR<PatchValues<3>> qr(plane);
   values -= plane * qr.solve(values).eval();
   return patch - static_cast<int>(qr.rank());
+}
+
+/// Takes the quadratic surface of least squares off each column of `values`: what a patch shows of waves much longer
+/// than itself is curvature, and that is none of its detail. Test: Scanners.TheCurvatureOfLongWavesIsNoDetail.
+template <int columns>
+void take_off_quadratic(const PatchValues<2>& xy, PatchValues<columns>& values) {
+  PatchValues<2> at = xy.rowwise() - xy.colwise().mean();
+  if (const double reach = at.cwiseAbs().maxCoeff(); reach > 0) at /= reach;
+  PatchValues<6> quadratic;
+  quadratic.col(0).setOnes();
+  quadratic.col(1) = at.col(0), quadratic.col(2) = at.col(1);
+  quadratic.col(3) = at.col(0).cwiseProduct(at.col(0));
+  quadratic.col(4) = at.col(0).cwiseProduct(at.col(1));
+  quadratic.col(5) = at.col(1).cwiseProduct(at.col(1));
+  const Eigen::ColPivHouseholderQR<PatchValues<6>> qr(quadratic);
+  values -= quadratic * qr.solve(values).eval();
 }
 
 /// Variance of `values` about their plane, so scaled that the median over many patches is that of normal noise: the

@@ -19,6 +19,7 @@ namespace {
 
 constexpr std::size_t fewest_patches = 8;
 constexpr double lost_share = 0.5;  // of the energy of a detail: an error below it leaves the detail seen
+constexpr double rounding = 1e-9;   // of a length: the reference itself holds two of its own spacings
 
 Cloud moved(const Cloud& scan, const Pose& pose) {
   Cloud out;
@@ -127,7 +128,7 @@ void add_patch(const std::vector<DetailSample>& samples, std::size_t begin, std:
       heights.row(k) += Eigen::RowVector3d(s.reference, s.scan[0], s.scan[1]);
     }
   xy /= static_cast<double>(run), heights /= static_cast<double>(run);
-  take_off_plane(xy, heights);
+  take_off_quadratic(xy, heights);
   energy.reference.add(heights.col(0).squaredNorm());
   for (int scan = 0; scan < 2; ++scan) {
     const auto shown = heights.col(scan + 1);
@@ -162,6 +163,12 @@ std::vector<DetailScale> detail_scales(const std::vector<DetailSample>& samples,
   return scales;
 }
 
+void forget_what_points_cannot_hold(std::vector<DetailScale>& detail, const std::array<double, 2>& spacing) {
+  for (DetailScale& s : detail)
+    for (std::size_t k = 0; k < 2; ++k)
+      if (s.length < 2 * spacing[k] * (1 - rounding)) s.seen[k] = false;
+}
+
 namespace {
 
 Scanners run(const Cloud& a, const Cloud& b, const Cloud& reference, const ScannersOptions& options,
@@ -190,6 +197,7 @@ Scanners run(const Cloud& a, const Cloud& b, const Cloud& reference, const Scann
   clock.start("detail");
   const std::vector<DetailSample> samples = samples_of(reference, at_reference, options, context);
   all.detail = detail_scales(samples, c.domain_area / std::max<double>(1, static_cast<double>(samples.size())));
+  forget_what_points_cannot_hold(all.detail, {all.scan[0].spacing, all.scan[1].spacing});
   for (std::size_t k = 0; k < 2; ++k)
     for (auto s = all.detail.rbegin(); s != all.detail.rend(); ++s)
       if (s->seen[k]) all.scan[k].resolved = s->length;

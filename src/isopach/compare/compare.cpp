@@ -104,7 +104,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   stages::measure_detail(mesh_1, mesh_2, area.clip(), c, context);
   if (options.measure == MeasureKind::currents) {  // equations (4) and (5), of T1 and T2
     clock.start("currents");
-    stages::measure_currents(mesh_1, mesh_2, borders, area.clip(), c, context);
+    stages::measure_currents(mesh_1, mesh_2, area.clip(), c, context);
   }
 
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there

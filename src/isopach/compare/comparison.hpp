@@ -49,8 +49,8 @@ struct PointFields {
   std::string lod_name;     ///< name of that field in files: "lod95" at a confidence of 0.95, "lod" where it was given
 };
 
-/// Both scans as currents: those of their triangles that the border keeps and, over the overlap, that lie whole over
-/// the other scan.
+/// Both scans as currents: those of their triangles that the border keeps, over the overlap what of each lies over the
+/// other scan.
 struct CurrentsComparison {
   Currents sums;
   std::size_t triangles_a = 0, triangles_b = 0;

@@ -2,6 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <utility>
+#include <vector>
+
 #include "isopach/base/parallel.hpp"
 #include "isopach/measure/current.hpp"
 
@@ -14,16 +17,33 @@ constexpr double poor_rho = 0.05;
 
 bool asked(const CompareOptions& options) { return options.measure == MeasureKind::currents; }
 
-/// Triangles of a scan that are kept and, unless over the hull, have all corners over the footprint of the other; cut
-/// to the clip.
-SurfaceCurrent current_in_domain(const OverlayMesh& m, const Margin& in_other, bool over_hull, const Clip* clip) {
-  Array<unsigned char> kept(m.t.real);
-  for_each_index(m.t.real, [&](std::size_t i) {
-    const auto& v = m.t.triangles[i].v;
-    const bool inside = over_hull || (in_other.covers(v[0]) && in_other.covers(v[1]) && in_other.covers(v[2]));
-    kept[i] = inside && (m.kept.empty() || m.kept[i] != 0) ? 1 : 0;
-  });
-  return surface_current(m.t, m.xy, m.z, kept, clip);
+/// What a scan supports of the plane: the sides that its kept triangles share with no other kept one. Sides of a
+/// triangulation do not cross, so they always bound a region.
+Region footprint_of(const OverlayMesh& m) {
+  const auto keeps = [&](Index i) { return !m.t.is_ghost(i) && (m.kept.empty() || m.kept[i] != 0); };
+  Region region;
+  for (Index i = 0; i < m.t.real; ++i) {
+    if (!keeps(i)) continue;
+    const Triangle& triangle = m.t.triangles[i];
+    for (Index k = 0; k < 3; ++k)
+      if (!keeps(triangle_of(triangle.n[k])))
+        region.edges.push_back({m.xy[triangle.v[k]], m.xy[triangle.v[next_side(k)]]});
+  }
+  auto parts = trapezoids(region.edges);
+  if (!parts) throw Error(ExitCode::internal, "the footprint of a scan crosses itself: please report this");
+  region.parts = std::move(*parts);
+  return region;
+}
+
+/// The kept triangles of a scan, cut to the clip and, unless over the hull, to the footprint of the other scan.
+SurfaceCurrent current_in_domain(const OverlayMesh& m, const OverlayMesh& other, bool over_hull, const Clip* clip) {
+  if (over_hull) return surface_current(m.t, m.xy, m.z, m.kept, clip);
+  std::vector<Region> footprint;
+  footprint.push_back(footprint_of(other));
+  Clip shared;
+  if (clip != nullptr) shared = *clip;
+  shared.keep(Regions(std::move(footprint), m.t.real));
+  return surface_current(m.t, m.xy, m.z, m.kept, &shared);
 }
 
 }  // namespace
@@ -51,18 +71,19 @@ void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
         c.unit, heights));
 }
 
-void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, const Clip* clip,
-                      Comparison& c, const Context& context) {
+void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip, Comparison& c,
+                      const Context& context) {
   if (!asked(c.options)) return;
   const bool over_hull = c.options.domain == DomainKind::hull;
-  const SurfaceCurrent a = current_in_domain(m1, borders.in_2.other, over_hull, clip),
-                       b = current_in_domain(m2, borders.in_1.other, over_hull, clip);
+  SurfaceCurrent a, b;
+  both([&] { a = current_in_domain(m1, m2, over_hull, clip); },
+       [&] { b = current_in_domain(m2, m1, over_hull, clip); });
   for (const auto& [current, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}})
     if (current->centroids.empty())
       throw OverlapError(fmt::format(
-          "--measure currents: no triangle of {} lies whole over the other scan{}: take scans that share more area, or "
+          "--measure currents: no triangle of {} lies over the other scan{}: take scans that share more area, or "
           "--domain hull",
-          role, clip != nullptr ? " and in part inside the polygons or the mask" : ""));
+          role, clip != nullptr ? " and inside the polygons or the mask" : ""));
   CurrentsOptions options = c.options.currents;
   if (options.sigma == 0) options.sigma = default_sigma(a, b);
   c.currents =

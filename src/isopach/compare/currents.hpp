@@ -10,9 +10,10 @@ void check_currents(const CompareOptions& options);
 /// Refuses scans whose heights have another unit than x and y: currents are in space. After check_units.
 void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c);
 
-/// c.currents, if options.measure asks for them; sets the sigma that was used in c.currents alone. Throws OverlapError
-/// where no triangle of a scan lies over the other. `clip`: null, or what is measured.
-void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Borders& borders, const Clip* clip,
-                      Comparison& c, const Context& context);
+/// c.currents, if options.measure asks for them; sets the sigma that was used in c.currents alone. Over the overlap the
+/// kept triangles of each scan are cut to the footprint of the other. Throws OverlapError where none of a scan lies
+/// over the other. `clip`: null, or what is measured. Test: Currents.TrianglesAtTheRimOfTheOtherScanAreCut.
+void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip, Comparison& c,
+                      const Context& context);
 
 }  // namespace isopach::stages

@@ -89,61 +89,6 @@ double normal_distance(const Point3& p, const SurfaceTree& tree) {
   return crossing.face == no_index ? nan : -crossing.t;
 }
 
-/// The centroids of k² equal parts of a face, k² about its share of all samples. Sums by blocks of faces.
-SurfaceFigures over_surface(const Mesh& mesh, const SurfaceTree& other, std::size_t samples_per_face) {
-  struct Part {
-    Sum area, mean, squares;
-    std::size_t samples = 0;
-    double max = 0;
-  };
-  const auto add = [](Part& total, const Part& part) {
-    total.area.add(part.area), total.mean.add(part.mean), total.squares.add(part.squares);
-    total.samples += part.samples;
-    total.max = std::max(total.max, part.max);
-  };
-  const Part whole = reduce_blocks<Part>(
-      mesh.faces.size(), query_block,
-      [&](std::size_t begin, std::size_t end) {
-        Part part;
-        for (std::size_t i = begin; i < end; ++i) part.area.add(face_area(mesh.corners(i)));
-        return part;
-      },
-      add);
-  const double area = whole.area.value();
-  SurfaceFigures f;
-  f.area = area;
-  if (!(area > 0)) return f;
-  const double density = static_cast<double>(samples_per_face) * static_cast<double>(mesh.faces.size()) / area;
-  const Part total = reduce_blocks<Part>(
-      mesh.faces.size(), query_block,
-      [&](std::size_t begin, std::size_t end) {
-        Part part;
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto c = mesh.corners(i);
-          const double face = face_area(c), k = std::max(1.0, std::ceil(std::sqrt(face * density)));
-          const Point3 u = (1 / k) * (c[1] - c[0]), v = (1 / k) * (c[2] - c[0]);
-          const auto sample = [&](double s, double t) {
-            const double d2 = other.closest(c[0] + s * u + t * v).at.distance2;
-            part.mean.add(face / (k * k) * std::sqrt(d2)), part.squares.add(face / (k * k) * d2);
-            part.max = std::max(part.max, d2);
-            ++part.samples;
-          };
-          for (double s = 0; s < k; ++s)
-            for (double t = 0; s + t < k; ++t) {
-              sample(s + 1.0 / 3, t + 1.0 / 3);
-              if (s + t + 1 < k) sample(s + 2.0 / 3, t + 2.0 / 3);
-            }
-        }
-        return part;
-      },
-      add);
-  f.samples = total.samples;
-  f.mean = total.mean.value() / area;
-  f.rms = std::sqrt(total.squares.value() / area);
-  f.max = std::sqrt(total.max);
-  return f;
-}
-
 double diagonal(const Scan& a, const Scan& b) {
   Box3 box;
   for (const Scan* scan : {&a, &b})
@@ -288,7 +233,10 @@ class Page {
     DistanceOptions& o = d_.options;
     if (o.measures.surface) {
       clock_.start("surface_figures");
-      d_.surface = {over_surface(a_.mesh, *b_.tree, o.samples), over_surface(b_.mesh, *a_.tree, o.samples)};
+      SurfaceSampling sampling;
+      sampling.per_face = o.samples, sampling.rounding = distance_rounding(a_.mesh, b_.mesh);
+      d_.surface = {surface_figures(a_.mesh, *b_.tree, sampling, context_),
+                    surface_figures(b_.mesh, *a_.tree, sampling, context_)};
     }
     if (!o.measures.hausdorff) return;
     clock_.start("hausdorff");

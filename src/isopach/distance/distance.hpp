@@ -9,6 +9,7 @@
 #include "isopach/distance/hausdorff.hpp"
 #include "isopach/distance/m3c2.hpp"
 #include "isopach/distance/mesh.hpp"
+#include "isopach/distance/surface_figures.hpp"
 
 namespace isopach {
 
@@ -31,7 +32,7 @@ struct DistanceOptions {
   BorderRule border = BorderRule::trim;  ///< of Delaunay surfaces, overlay/border.hpp
   double max_edge = 0;                   ///< > 0: no triangle of them with a longer edge in x and y
   double tolerance = 0;                  ///< of the Hausdorff distance; 0: a millionth of the diagonal of both scans
-  std::size_t samples = 10;              ///< of the surface measure, per triangle on average
+  std::size_t samples = 10;              ///< of the surface measure: at least, per triangle on average
   M3c2Options m3c2;
   std::string unit;
   bool allow_crs = false;
@@ -42,13 +43,6 @@ struct Figures {
   std::size_t count = 0, missing = 0;  ///< missing: points without a distance
   double mean = 0, rms = 0, max = 0, median = 0, p95 = 0;
   double signed_mean = 0, signed_std = 0;  ///< of d itself, B − A, for distances that have a sign
-};
-
-/// Metro's figures: over the area of one surface, the distance to the other.
-struct SurfaceFigures {
-  double area = 0;
-  std::size_t samples = 0;
-  double mean = 0, rms = 0, max = 0;  ///< max of the samples; see Hausdorff for the true one
 };
 
 template <class T>

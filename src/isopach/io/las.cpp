@@ -373,6 +373,24 @@ Cloud read_las(const std::string& path, const ReadOptions& options, const Contex
   return cloud;
 }
 
+LasStorage las_storage(const std::string& path) {
+  constexpr std::array types{"undocumented", "uint8",  "int8",  "uint16", "int16", "uint32",
+                             "int32",        "uint64", "int64", "float",  "double"};
+  const MappedFile mapped(path);
+  const LasFile file = parse_las(mapped.bytes(), path);
+  LasStorage storage{file.minor, file.format, file.scale, {}};
+  const std::string all = las_descriptors(file);
+  for (std::size_t i = 0; i < all.size(); i += las_descriptor_length) {
+    const char* const descriptor = all.data() + i;
+    const std::size_t kind = static_cast<unsigned char>(descriptor[2]);
+    const bool is_scaled = (static_cast<unsigned char>(descriptor[3]) & 0x18U) != 0 && kind > 0;
+    const std::string type = kind == 0 ? types[0] : types[(kind - 1) % 10 + 1];
+    storage.extra.push_back({attribute_name(std::string_view(descriptor + 4, strnlen(descriptor + 4, name_length))),
+                             (is_scaled ? "scaled " : "") + type});
+  }
+  return storage;
+}
+
 void write_las(const std::string& path, const Cloud& cloud, const Context& context) {
   const Layout layout = lay_out(cloud);
   const std::array<Axis, 3> axes = {choose_axis(cloud, &Point3::x, path), choose_axis(cloud, &Point3::y, path),

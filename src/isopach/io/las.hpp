@@ -1,8 +1,10 @@
 // LAS, LAZ and COPC files (ASPRS LAS 1.0 to 1.5, point formats 0 to 10). Plain files are read in parallel from a memory
 // map; compressed ones, COPC included, by LASzip from the first point to the last.
 #pragma once
+#include <array>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "isopach/io/read.hpp"
 #include "isopach/io/write.hpp"
@@ -28,5 +30,17 @@ namespace isopach {
 /// nothing, or else the finest that 32 bits allow: the error is at most 0.5e-4. Faces are not written. Throws
 /// InputError: not finite, or wider than 429 496 units (2^32 steps of 1e-4).
 void write_las(const std::string& path, const Cloud& cloud, const Context& context);
+
+/// How a file stores its numbers, for who wants to know what a conversion changed.
+struct LasStorage {
+  struct Extra {
+    std::string name, type;  ///< snake_case; "uint16", "double", …, with "scaled " before it where it has a scale
+  };
+  int minor = 0, format = 0;  ///< LAS 1.minor, point format
+  std::array<double, 3> step{};
+  std::vector<Extra> extra;  ///< extra bytes
+};
+/// Of the header and the descriptors alone. Throws InputError as read_las.
+[[nodiscard]] LasStorage las_storage(const std::string& path);
 
 }  // namespace isopach

@@ -7,6 +7,7 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/io/foreign.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/mapped_file.hpp"
 #include "isopach/io/obj.hpp"
@@ -31,9 +32,8 @@ std::string extension(const std::string& path) {
 
 bool starts_with(std::string_view text, std::string_view what) { return text.substr(0, what.size()) == what; }
 
-[[noreturn]] void no_e57(const std::string& path) {
-  throw InputError(
-      fmt::format("{}: E57 is not supported yet: convert to PLY or LAS, e.g. with CloudCompare or PDAL", path));
+[[noreturn]] void refuse(const std::string& path, const ForeignFormat& format) {
+  throw InputError(fmt::format("{}: this is {}, which is not read: {}", path, format.name, format.remedy));
 }
 
 // What is neither text nor a format we know: a NUL byte near the start, but not the many of UTF-16.
@@ -49,15 +49,16 @@ Format find_format(const std::string& path, Bytes bytes) {
   const std::string_view text = as_text(head);
   if (starts_with(text, "ply") && text.size() > 3 && std::strchr("\r\n \t", text[3]) != nullptr) return Format::ply;
   if (is_las(text)) return Format::las;
-  if (starts_with(text, "ASTM-E57")) no_e57(path);
   if (is_pcd(head)) return Format::pcd;
   if (is_raster(text)) return Format::raster;
+  const ForeignFormat foreign = foreign_format(text);
+  if (!foreign.name.empty()) refuse(path, foreign);
   if (is_stl(bytes)) return Format::stl;
   const std::string end = extension(path);
   if (end == ".ply") return Format::ply;
   if (end == ".las" || end == ".laz") return Format::las;
   if (end == ".tif" || end == ".tiff") return Format::raster;
-  if (end == ".e57") no_e57(path);
+  if (end == ".e57") refuse(path, foreign_format("ASTM-E57"));
   if (end == ".pcd") return Format::pcd;
   if (end == ".stl") return Format::stl;
   if (end == ".obj" || is_obj(head)) return Format::obj;

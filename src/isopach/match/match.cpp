@@ -13,6 +13,7 @@
 #include "isopach/match/currents_search.hpp"
 #include "isopach/match/icp.hpp"
 #include "isopach/match/motion.hpp"
+#include "isopach/match/nominal.hpp"
 #include "isopach/match/search.hpp"
 #include "isopach/match/surface.hpp"
 #include "isopach/match/weights.hpp"
@@ -60,6 +61,18 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   return meshes;
 }
 
+/// Whether one of the scans, whose file has faces, is a nominal mesh: the points of the other lie on its facets. Such
+/// surfaces are taken as they are from now on.
+bool find_nominal(const Cloud& moving, const Cloud& fixed, const Motion& motion, MatchSurface& g, MatchSurface& f,
+                  Matching& m, const Context& context) {
+  m.nominal_moving = may_be_nominal(moving) && is_nominal(rise_shown(f, g, motion, true, context));
+  m.nominal_fixed = may_be_nominal(fixed) && is_nominal(rise_shown(g, f, motion, false, context));
+  if (m.nominal_moving && m.nominal_fixed) m.nominal_moving = false;  // points of one of them are needed
+  if (m.nominal_moving) take_as_nominal(g);
+  if (m.nominal_fixed) take_as_nominal(f);
+  return m.nominal_moving || m.nominal_fixed;
+}
+
 /// The objectives `measure` and `currents`: both scans in one frame, triangulated once, then the search.
 void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, Matching& m, stages::Clock& clock,
                     const Context& context) {
@@ -73,7 +86,9 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, 
 
   clock.start("search");
   const auto minimise = m.options.objective == Objective::currents ? currents_search : search;
-  const SearchResult found = minimise(g, f, m.options, axis_names(meshes.frame), context);
+  SearchResult found = minimise(g, f, m.options, axis_names(meshes.frame), context);
+  if (m.options.objective == Objective::measure && find_nominal(moving, fixed, found.motion, g, f, m, context))
+    found = minimise(g, f, m.options, axis_names(meshes.frame), context);
   take(found, meshes.frame, b.node_of_point, m);
 }
 

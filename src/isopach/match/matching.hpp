@@ -36,6 +36,7 @@ struct Matching {
   Fit before, after;
   std::optional<Comparison> comparison_before, comparison_after;  ///< if options.keep_comparisons
   double overlap = 1;                                             ///< share that was fitted
+  bool nominal_moving = false, nominal_fixed = false;  ///< facets taken as the surface itself, see nominal.hpp
   /// 6×6, row-major: rotation (rad) about x, y, z of the input axes through `centre`, then translation (unit).
   std::array<double, 36> covariance{};
   Point3 centre{0, 0, 0};                    ///< of the rotations that the covariance speaks of, fixed coordinates

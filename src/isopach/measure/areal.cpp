@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <vector>
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
@@ -92,6 +93,23 @@ Moments moments_of(const TriangleSurface& s, double mean) {
       });
 }
 
+/// In the order of the nodes: the same bits whatever the triangles' order.
+double root_mean_square_of_nodes(const TriangleSurface& s, double from) {
+  std::vector<unsigned char> used(s.measured, 0);
+  for (const auto& v : s.triangles)
+    for (const Index node : v)
+      if (node < s.measured) used[node] = 1;
+  Sum sum, squares;
+  double nodes = 0;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i] != 0) sum.add(s.z[i] - from), ++nodes;
+  if (nodes == 0) return 0;
+  const double mean = sum.value() / nodes;
+  for (std::size_t i = 0; i < used.size(); ++i)
+    if (used[i] != 0) squares.add((s.z[i] - from - mean) * (s.z[i] - from - mean));
+  return std::sqrt(squares.value() / nodes);
+}
+
 /// Where the corners of a cut triangle are: the three old ones, then along each side, then inside row by row.
 class Cut {
  public:
@@ -157,6 +175,7 @@ ArealParameters areal_parameters(const TriangleSurface& s, const Context& contex
   }
   p.sdr = m.excess.value() / p.area;
   p.sdq = std::sqrt(m.slope.value() / p.area);
+  p.sq_points = root_mean_square_of_nodes(s, p.mean);
   return p;
 }
 

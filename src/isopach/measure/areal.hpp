@@ -24,6 +24,10 @@ struct ArealParameters {
   double sku = 0;   ///< mean of z⁴ / sq⁴; 0 where sq is 0
   double sdr = 0;   ///< area of the surface ÷ its area in the plane − 1
   double sdq = 0;   ///< root of the mean of |grad z|²
+  /// Root of the mean of z² over the measured nodes of the triangles, each counted once, z from the mean of these. The
+  /// integrals run over triangles, which average the noise of their corners: white noise of 1 has an sq of 0.71 over
+  /// plane triangles and of 0.83 over bent ones, and an sq_points of 1. No parameter of ISO 25178-2.
+  double sq_points = 0;
 };
 
 /// Triangles, counter-clockwise, of nodes with a height.

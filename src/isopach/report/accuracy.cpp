@@ -47,6 +47,7 @@ Json alignment_json(const Accuracy& a) {
   out["converged"] = matched ? Json(a.matching->converged) : Json(nullptr);
   out["reason"] = matched ? Json(a.matching->reason) : Json(nullptr);
   out["overlap"] = matched ? real(a.matching->overlap) : Json(nullptr);
+  out["nominal"] = matched ? Json(a.matching->nominal_fixed) : Json(nullptr);
   out["rho_before"] = matched ? real(a.matching->before.rho) : Json(nullptr);
   out["weak_directions"] = matched ? Json(a.matching->weak_directions) : Json::array();
   return out;

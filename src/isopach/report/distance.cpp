@@ -82,10 +82,9 @@ Json both_json(const std::optional<BothWays<T>>& value, F&& one) {
 }
 
 Json surface_json(const SurfaceFigures& f) {
-  return {{"area", real(f.area)},
-          {"samples", f.samples},
-          {"mean", real(f.mean)},
-          {"rms", real(f.rms)},
+  return {{"area", real(f.area)}, {"samples", f.samples},
+          {"mean", real(f.mean)}, {"mean_error", real(f.mean_error)},
+          {"rms", real(f.rms)},   {"rms_error", real(f.rms_error)},
           {"max", real(f.max)}};
 }
 
@@ -149,10 +148,10 @@ void add_input(Summary& s, const InputSummary& in, std::size_t kept, std::size_t
 
 void add_surfaces(Summary& s, const Distances& d) {
   if (d.surface) {
-    s.line("surface", "distance to the other surface by area (Metro)");
+    s.line("surface", "distance to the other surface by area (Metro) ± standard error of the sampling");
     const auto one = [&](const char* way, const SurfaceFigures& f) {
-      s.line("", fmt::format("{}: mean {}, rms {}, max of {} samples {}", way, s.length(f.mean), s.length(f.rms),
-                             count(f.samples, plain), s.length(f.max)));
+      s.line("", fmt::format("{}: mean {} ± {:.1g}, rms {} ± {:.1g}, max of {} samples {}", way, s.length(f.mean),
+                             f.mean_error, s.length(f.rms), f.rms_error, count(f.samples, plain), s.length(f.max)));
     };
     one("A to B", d.surface->a_to_b), one("B to A", d.surface->b_to_a);
   }

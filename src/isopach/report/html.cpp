@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "isopach/report/detail_told.hpp"
 #include "isopach/report/map.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/palette.hpp"
@@ -141,7 +142,7 @@ class Page : public HtmlPage {
     row("net", with_sign("volume.net"), unit(3), "gained − lost; gains and losses cancel in it");
     row("gross (absolute)", plain("volume.absolute"), unit(3), "gained + lost; nothing cancels in it");
     row("ρ, mean |d|", plain("measure.rho"), unit(1), "gross volume ÷ area: how far apart the surfaces are on average");
-    if (at("measure.rho_dv").is_number())
+    if (tells_detail(c_))
       row("ρ<sub>dV</sub>", plain("measure.rho_dv"), unit(1),
           "the same with the detail only the finer scan holds averaged out");
     if (at("measure.currents").is_object()) currents();

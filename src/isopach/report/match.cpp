@@ -134,6 +134,7 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"before", fit_json(m.before)},
       {"after", fit_json(m.after)},
       {"overlap", real(m.overlap)},
+      {"nominal", {{"moving", m.nominal_moving}, {"fixed", m.nominal_fixed}}},
       {"stable_points", stable_points(m)},
       {"covariance", covariance(m.covariance)},
       {"centre", point(m.centre)},
@@ -173,6 +174,11 @@ std::string match_text(const Matching& m) {
   line(out, "fitted",
        fmt::format("{} % of the common area, {} points; the rest differs more than noise",
                    fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain)));
+  if (m.nominal_moving || m.nominal_fixed)
+    line(out, "nominal mesh",
+         fmt::format(
+             "{}: the points of the other lie on its facets, so these are the surface, and its corners no points",
+             input_name(m.nominal_moving ? m.moving : m.fixed)));
   line(out, "search",
        fmt::format("{} steps, {}: {}", m.iterations, m.converged ? "converged" : "NOT converged", m.reason));
   for (std::size_t i = 0; i < 4; ++i)

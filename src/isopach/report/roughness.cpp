@@ -191,6 +191,7 @@ const std::vector<ParameterName>& parameter_names() {
   static const std::vector<ParameterName> names{
       {"sa", "Sa", &P::sa, 1, "mean size of the heights about their mean"},
       {"sq", "Sq", &P::sq, 1, "root mean square of the heights"},
+      {"sq_points", "Sq of points", &P::sq_points, 1, "the same over the points: noise counts in full"},
       {"sz", "Sz", &P::sz, 1, "highest peak to deepest pit, Sp + Sv"},
       {"sp", "Sp", &P::sp, 1, "highest peak"},
       {"sv", "Sv", &P::sv, 1, "deepest pit"},

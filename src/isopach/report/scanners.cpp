@@ -128,8 +128,10 @@ class Page : public HtmlPage {
     }
     close_table();
     out_ +=
-        "<p class=\"soft\">Detail: the means over stretches of nodes of the reference, less the plane through 16 "
-        "neighbours. A scan sees it where less than half of its energy is lost or wrong.</p>\n";
+        "<p class=\"soft\">Detail: the means over stretches of nodes of the reference, less the quadratic surface "
+        "through 16 neighbours. A scan sees it where less than half of its energy is lost or wrong, and never where "
+        "the "
+        "wavelength is less than two spacings of its points.</p>\n";
   }
 
   const Scanners& s_;

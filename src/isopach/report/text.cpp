@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "isopach/report/detail_told.hpp"
 #include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 
@@ -93,7 +94,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   s.value("lost", n(m.volume.below), 3, "volume where B lies below A");
   s.value("net", signed_number(m.volume.net, plain), 3, "gained - lost");
   s.value("mean |d| (rho)", n(m.rho), 1, "(gained + lost) / area");
-  if (c.detail)
+  if (tells_detail(c))
     s.value("rho_dV", n(c.detail->rho), 1,
             std::string("the same without detail that ") + (c.detail->coarser_is_b ? "A" : "B") + " alone can hold");
   if (c.currents) {

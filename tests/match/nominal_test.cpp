@@ -1,0 +1,129 @@
+// Nominal meshes: told from scans by the points of the other scan, and matched without bias.
+#include "isopach/match/nominal.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+#include <vector>
+
+#include "isopach/base/random.hpp"
+#include "isopach/delaunay/triangulate.hpp"
+#include "isopach/match/match.hpp"
+#include "tests/support/clouds.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr double side = 100;
+
+double hills(const Point2& p) { return 6 * std::sin(p.x / 12) * std::cos(p.y / 15); }
+
+/// A mesh of few corners on the hills, with its faces.
+struct Nominal {
+  SortedTriangulation mesh;
+  Array<double> z;
+  Cloud cloud;
+
+  Nominal(std::size_t corners, std::uint64_t seed) : mesh(triangulate_unsorted(places(corners, seed), {})) {
+    for (const Point2& p : mesh.xy) {
+      z.push_back(hills(p));
+      cloud.points.push_back({p.x, p.y, z.back()});
+    }
+    for (Index i = 0; i < mesh.triangulation.real; ++i) cloud.faces.push_back(mesh.triangulation.triangles[i].v);
+    cloud.format = "stl";
+  }
+  static test::Points places(std::size_t corners, std::uint64_t seed) {
+    test::Points all = test::framed_square(corners, seed);
+    for (Point2& p : all) p = {side * p.x, side * p.y};
+    return all;
+  }
+  /// Points spread evenly over its facets, with noise along z.
+  [[nodiscard]] Cloud sampled(std::size_t points, double noise, std::uint64_t seed) const {
+    const RandomStream random(seed, 3);
+    std::vector<double> up_to;
+    double total = 0;
+    const auto corner = [&](Index t, std::size_t k) { return mesh.triangulation.triangles[t].v[k]; };
+    for (Index t = 0; t < mesh.triangulation.real; ++t) {
+      const Point2 &a = mesh.xy[corner(t, 0)], &b = mesh.xy[corner(t, 1)], &c = mesh.xy[corner(t, 2)];
+      up_to.push_back(total += (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+    }
+    Cloud out;
+    for (std::uint64_t i = 0; i < points; ++i) {
+      const auto found = std::upper_bound(up_to.begin(), up_to.end(), total * random.uniform(5 * i));
+      const auto t = std::min(static_cast<Index>(found - up_to.begin()), mesh.triangulation.real - 1);
+      double u = random.uniform(5 * i + 1), v = random.uniform(5 * i + 2);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      const double share[3] = {1 - u - v, u, v};
+      Point3 p{0, 0, noise > 0 ? noise * RandomStream(seed, 4).normal(i) : 0};
+      for (std::size_t k = 0; k < 3; ++k) {
+        const Index node = corner(t, k);
+        p = {p.x + share[k] * mesh.xy[node].x, p.y + share[k] * mesh.xy[node].y, p.z + share[k] * z[node]};
+      }
+      out.points.push_back(p);
+    }
+    return out;
+  }
+};
+
+Cloud scan_of_hills(std::size_t points, double noise, std::uint64_t seed) {
+  const RandomStream random(seed, 5);
+  std::uint64_t i = 0;
+  return test::cloud_over(Nominal::places(points, seed),
+                          [&](const Point2& p) { return hills(p) + noise * random.normal(i++); });
+}
+
+MatchOptions with_scale() {
+  MatchOptions options;
+  options.freedom.scale = true;
+  options.judge = false;
+  return options;
+}
+
+TEST(Nominal, IsToldByThePointsOfTheOtherScan) {
+  const Nominal nominal(300, 1);
+  Cloud faces_of_a_scan = scan_of_hills(300, 0, 1);
+  faces_of_a_scan.format = "stl";
+  for (const double noise : {0.0, 0.05}) {
+    const Matching on_facets = match(nominal.sampled(6000, noise, 2), nominal.cloud, with_scale(), {});
+    EXPECT_TRUE(on_facets.nominal_fixed) << noise;
+    EXPECT_FALSE(on_facets.nominal_moving);
+    const Matching on_hills = match(scan_of_hills(6000, noise, 3), faces_of_a_scan, with_scale(), {});
+    EXPECT_FALSE(on_hills.nominal_fixed) << noise;
+  }
+}
+
+TEST(Nominal, WithoutFacesNothingIsNominal) {
+  const Nominal nominal(300, 1);
+  Cloud points = nominal.cloud;
+  points.faces = {}, points.format = "xyz";
+  EXPECT_FALSE(match(nominal.sampled(6000, 0, 2), points, with_scale(), {}).nominal_fixed);
+}
+
+// Scale of noise-free samples on the mesh they were taken from: the mean of many runs within one standard error of 1.
+TEST(Nominal, ScaleIsUnbiased) {
+  constexpr int runs = 30;
+  double sum = 0, squares = 0;
+  for (std::uint64_t run = 0; run < runs; ++run) {
+    const Nominal nominal(200, 100 + run);
+    const double off = match(nominal.sampled(3000, 0, 200 + run), nominal.cloud, with_scale(), {}).scale - 1;
+    sum += off, squares += off * off;
+  }
+  const double mean = sum / runs, deviation = std::sqrt((squares / runs - mean * mean) * runs / (runs - 1));
+  EXPECT_LT(std::fabs(mean), 1e-5);
+  EXPECT_LT(std::fabs(mean), 2.5 * deviation / std::sqrt(runs)) << mean << " " << deviation;
+}
+
+TEST(Nominal, TheSameBitsForAnyThreadsAndOrder) {
+  const Nominal nominal(200, 1);
+  const Cloud points = nominal.sampled(3000, 0.02, 2);
+  Context three;
+  three.threads = 3;
+  const Matching one = match(points, nominal.cloud, with_scale(), {});
+  EXPECT_EQ(match(points, nominal.cloud, with_scale(), three).pose.m, one.pose.m);
+  EXPECT_EQ(match(test::shuffled(points, 3), nominal.cloud, with_scale(), {}).pose.m, one.pose.m);
+}
+
+}  // namespace
+}  // namespace isopach
