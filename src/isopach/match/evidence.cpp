@@ -82,12 +82,12 @@ Seen seen(const Point3& p, const JudgedScan& scan, std::vector<Index>& found) {
 
 /// One way, for one sign of the normals of the scan that is asked.
 struct Count {
-  std::size_t facing = 0, agree = 0, behind = 0;
+  std::size_t facing = 0, agree = 0, in_front = 0, behind = 0;
   ShapeDetail shape;
 };
 
 struct OneWay {
-  std::size_t asked = 0, in_view = 0, in_front = 0;
+  std::size_t asked = 0, in_view = 0;
   std::array<Count, 2> sign;  ///< normals as they are; turned
 
   [[nodiscard]] double agree(std::size_t k) const {
@@ -112,7 +112,6 @@ OneWay look(const JudgedScan& asked, const JudgedScan& seer, double noise, const
     const Seen& s = all[i];
     if (!s.in_view) continue;
     ++way.in_view;
-    way.in_front += s.distance > limit ? 1u : 0u;
     const Index k = asked.queries[i];
     const double towards = dot(turn(asked.normals[k]), s.to_eye);
     for (std::size_t turned = 0; turned < 2; ++turned) {
@@ -121,6 +120,7 @@ OneWay look(const JudgedScan& asked, const JudgedScan& seer, double noise, const
       Count& c = way.sign[turned];
       ++c.facing;
       c.agree += std::fabs(s.distance) <= limit ? 1u : 0u;
+      c.in_front += s.distance > limit ? 1u : 0u;
       c.behind += s.distance < -limit ? 1u : 0u;
       c.shape.add(place(asked.points[k]), sign * turn(asked.mean_normals[k]), seer.mean_normals[s.partner]);
     }
@@ -243,11 +243,11 @@ Evidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Po
     if (k == 0 || std::min(agree, shape) > e.least()) e.agree = agree, e.shape = shape, side = k;
   }
   e.side_known = side == 0;
-  const std::size_t in_view = ways[0].in_view + ways[1].in_view;
   e.in_view = {share(ways[0].in_view, ways[0].asked), share(ways[1].in_view, ways[1].asked)};
-  e.in_front = share(ways[0].in_front + ways[1].in_front, in_view);
-  e.behind = share(ways[0].sign[side].behind + ways[1].sign[side].behind, in_view);
-  e.points_in_view = ways[0].sign[side].facing + ways[1].sign[side].facing;
+  const Count &a = ways[0].sign[side], &b = ways[1].sign[side];
+  e.points_in_view = a.facing + b.facing;
+  e.in_front = share(a.in_front + b.in_front, e.points_in_view);
+  e.behind = share(a.behind + b.behind, e.points_in_view);
   const Contact contact(moving, fixed, placing, noise);
   if (!contact.holds()) return e;
   Eigen::VectorXd motion;
@@ -258,11 +258,11 @@ Evidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Po
   return e;
 }
 
-Array<Agreement> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
+Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
                               const Context& context) {
   context.check();
-  Array<Agreement> result(moving.points.size());
-  std::fill(result.begin(), result.end(), Agreement::not_in_view);
+  Array<PointVerdict> result(moving.points.size());
+  std::fill(result.begin(), result.end(), PointVerdict::not_in_view);
   if (!fixed.usable()) return result;
   const Placing placing(pose, {0, 0, 0}, fixed.origin);
   for_blocks(result.size(), default_block, [&](std::size_t begin, std::size_t end) {
@@ -272,9 +272,9 @@ Array<Agreement> agreement_of(const Cloud& moving, const JudgedScan& fixed, cons
       const Seen s = seen(placing.apply(moving.points[i]), fixed, found);
       if (!s.in_view) continue;
       const double limit = widths * noise;
-      result[i] = s.distance > limit    ? Agreement::in_front
-                  : s.distance < -limit ? Agreement::behind
-                                        : Agreement::agrees;
+      result[i] = s.distance > limit    ? PointVerdict::in_front
+                  : s.distance < -limit ? PointVerdict::behind
+                                        : PointVerdict::agrees;
     }
   });
   return result;

@@ -10,7 +10,7 @@
 namespace isopach {
 
 /// What a point of one scan is to the other, at a pose.
-enum class Agreement : unsigned char {
+enum class PointVerdict : unsigned char {
   not_in_view,  ///< seen beside nothing of the other scan, or on a side that its eye cannot see
   agrees,       ///< within 3 standard deviations of the noise of both
   in_front,     ///< where the other scan saw through
@@ -26,7 +26,7 @@ struct Evidence {
                          ///< extent in the free motion that is held least
   std::string loosest;   ///< this motion in words
   std::array<double, 2> in_view{0, 0};  ///< share of the points
-  double in_front = 0, behind = 0;      ///< shares of what is in view, of both ways together
+  double in_front = 0, behind = 0;      ///< shares of what E counts, of both ways together
   std::array<double, 2> noise{0, 0};    ///< of MOVING, of FIXED, in the unit of FIXED
   std::array<double, 2> detail{0, 0};   ///< q of MOVING, of FIXED
   std::size_t points_in_view = 0;       ///< points of MOVING and of FIXED that E rests on
@@ -50,7 +50,7 @@ struct Evidence {
 
 /// Of every point of a cloud, what it is to `fixed` at the pose; `noise` is that of both scans together. Points that are
 /// not finite are not in view. Cost O(n log judged_points), in parallel.
-[[nodiscard]] Array<Agreement> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
+[[nodiscard]] Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
                                             const Context& context);
 
 }  // namespace isopach

@@ -50,8 +50,8 @@ struct Verdict {
 /// nothing to say there, and there is nothing to turn away to. Too few points: doubted. Cost: that of evidence_at().
 /// Source: the evidence is after CorAl (D. Adolfsson et al. 2021: what is inherent to each scan is discounted) and free
 /// space (D. Huber, M. Hebert 2001 and later); slip after N. Gelfand et al. 2003. Limits: docs/verdict.md.
-[[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
-                            const std::array<double, 9>& axes);
+[[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose,
+                            const Freedom& freedom, const std::array<double, 9>& axes);
 /// All six motions, in input axes.
 [[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose);
 

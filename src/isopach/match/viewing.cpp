@@ -46,6 +46,13 @@ std::array<Point3, 3> principal_directions(std::span<const Point3> normals) {
   return result;
 }
 
+/// Of v and -v the one whose largest part is positive: which side was seen is not known, and is most often this.
+Point3 upwards(const Point3& v) {
+  const double most = std::max({std::fabs(v.x), std::fabs(v.y), std::fabs(v.z)});
+  const double part = std::fabs(v.z) == most ? v.z : std::fabs(v.y) == most ? v.y : v.x;
+  return part < 0 ? -1.0 * v : v;
+}
+
 /// The mean of the normals, each turned to the side of the direction; again from there.
 Point3 followed(Point3 axis, std::span<const Point3> normals) {
   for (int step = 0; step < steps_to_mean; ++step) {
@@ -53,7 +60,7 @@ Point3 followed(Point3 axis, std::span<const Point3> normals) {
     for (const Point3& n : normals) sum = sum + (dot(n, axis) < 0 ? -1.0 : 1.0) * n;
     axis = scaled_to_one(sum);
   }
-  return axis;
+  return upwards(axis);
 }
 
 /// Share of the queries that have a neighbour in the projection far off in space.

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "isopach/report/alignment_values.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
@@ -47,6 +48,7 @@ Json alignment_json(const Accuracy& a) {
   out["converged"] = matched ? Json(a.matching->converged) : Json(nullptr);
   out["reason"] = matched ? Json(a.matching->reason) : Json(nullptr);
   out["overlap"] = matched ? real(a.matching->overlap) : Json(nullptr);
+  out["verdict"] = matched ? verdict_json(a.matching->verdict, a.unit) : Json(nullptr);
   out["rho_before"] = matched ? real(a.matching->before.rho) : Json(nullptr);
   out["weak_directions"] = matched ? Json(a.matching->weak_directions) : Json::array();
   return out;

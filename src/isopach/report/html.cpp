@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/report/map.hpp"
+#include "isopach/report/moved.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/palette.hpp"
 #include "isopach/report/report.hpp"
@@ -63,6 +64,12 @@ class Page : public HtmlPage {
       return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
     };
     out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
+    if (c_.matching) {
+      out_ += "<p class=\"lead\">" + escaped(moved_sentence(*c_.matching, "B", fine)) + ".</p>\n";
+      if (c_.matching->verdict)
+        out_ += "<p>The pose is <strong>" +
+                escaped(sentence(*c_.matching->verdict, unit_text(c_.matching->unit))) + "</strong>.</p>\n";
+    }
     if (c_.uncertainty.sigma)
       out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantity).front()) + "</p>\n";
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +

@@ -8,6 +8,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/report/hillshade.hpp"
+#include "isopach/report/moved.hpp"
 #include "isopach/report/palette.hpp"
 #include "isopach/report/raster.hpp"
 #include "isopach/report/words.hpp"
@@ -179,9 +180,9 @@ class Map {
       : c_(c),
         options_(options),
         s_(options.width / 1600.0),
-        limit_(colour_limit(c)),
+        limit_(options.colour_limit > 0 ? options.colour_limit : colour_limit(c)),
         palette_(options.palette, options.flip != paints_excess_red(c.unit)),
-        box_(shown_box(c.cells)) {
+        box_(options.box ? *options.box : shown_box(c.cells)) {
     place();
   }
 
@@ -253,6 +254,7 @@ class Map {
     canvas.text(x, 95 * s_, canvas.fitted(volumes, strong, room), strong);
     const std::string where = with_unit(number(c_.domain_area, fine), 2) + " compared, " +
                               fixed_number(100 * c_.coverage, 1, fine) + " % of the area of both scans" +
+                              (c_.matching ? "   ·   " + moved_briefly(*c_.matching, "B", fine) : "") +
                               (c_.unit == "unknown" ? "   ·   units unknown (as in the files)" : "");
     canvas.text(x, 125 * s_, canvas.fitted(words.where.empty() ? where : words.where, soft, room), soft);
     if (direction_is_z()) return;
@@ -420,6 +422,7 @@ class Map {
           : c_.cells.unclipped.empty() ? "scanned, but not compared (one scan has no points here)"
                                        : "scanned, but not compared (one scan only, or cut off)");
     const std::string reach = shows_no_difference(c_)      ? ""
+                              : options_.colour_limit > 0  ? "colours as on the map beside it; "
                               : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "
                               : limit_ < largest(c_.measures.difference)
                                   ? "colours reach to the 99th percentile of |d|; "
@@ -455,6 +458,23 @@ double colour_limit(const Comparison& c) {
   if (shows_no_difference(c)) return 1;
   const double limit = natural_limit(c), lod = c.uncertainty.lod.value_or(0);
   return limit < least_over_noise * lod ? round_up_2_digits(2 * lod) : limit;
+}
+
+std::array<MapOptions, 2> paired_maps(const std::optional<Comparison>& before, const std::optional<Comparison>& after) {
+  std::array<MapOptions, 2> options;
+  if (!before || !after) return options;
+  const double limit = std::max(shows_no_difference(*before) ? 0 : colour_limit(*before),
+                                shows_no_difference(*after) ? 0 : colour_limit(*after));
+  options[0].colour_limit = options[1].colour_limit = limit;
+  const Frame &f = before->frame, &g = after->frame;
+  if (f.rotation != g.rotation) return options;
+  const Point3 d = f.to_field(g.origin);  // of the second origin in the first frame
+  Box2 box = shown_box(after->cells);
+  box.min = {box.min.x + d.x, box.min.y + d.y}, box.max = {box.max.x + d.x, box.max.y + d.y};
+  box.add(shown_box(before->cells));
+  options[0].box = box;
+  options[1].box = Box2{{box.min.x - d.x, box.min.y - d.y}, {box.max.x - d.x, box.max.y - d.y}};
+  return options;
 }
 
 Image render_map(const Comparison& c, const MapOptions& options, const Context& context) {

@@ -1,5 +1,8 @@
 // render_map: the picture of difference.png, before it is a file.
 #pragma once
+#include <array>
+#include <optional>
+
 #include "isopach/report/canvas.hpp"
 #include "isopach/report/report.hpp"
 
@@ -15,6 +18,11 @@ inline constexpr Rgb noise_colour{0.77, 0.77, 0.77};
 
 /// Whether d is 0 everywhere, up to the rounding of the coordinates.
 [[nodiscard]] bool shows_no_difference(const Comparison& c);
+
+/// Options of two maps that show the same place in the same colours, those of the wider range: of a comparison before
+/// and one after a motion. Where one is missing, or their frames are turned against each other, each has its own place.
+[[nodiscard]] std::array<MapOptions, 2> paired_maps(const std::optional<Comparison>& before,
+                                                    const std::optional<Comparison>& after);
 
 /// Errors: UsageError for an unknown palette and for a width outside 300 … 20000.
 [[nodiscard]] Image render_map(const Comparison& c, const MapOptions& options, const Context& context);

@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "isopach/report/moved.hpp"
 #include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 
@@ -87,6 +88,10 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   const auto n = [](double v) { return number(v, plain); };
   s.free_line(
       headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); }));
+  if (c.matching) {
+    s.line("moved", moved_sentence(*c.matching, "B", plain));
+    if (c.matching->verdict) s.line("verdict", sentence(*c.matching->verdict, unit_text(c.matching->unit)));
+  }
   add_input(s, c.a);
   add_input(s, c.b);
   s.value("gained", n(m.volume.above), 3, "volume where B lies above A");
