@@ -5,6 +5,7 @@
 
 #include "cli/command.hpp"
 #include "cli/match.hpp"
+#include "cli/deliver.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/registration.hpp"
@@ -281,9 +282,8 @@ int run_compare(const Arguments& arguments) {
   std::shared_ptr<const Matching> matching;
   if (request.match) matching = match_first(a, b, request, request.options, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
-  comparison.matching = std::move(matching);
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
-  deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);
+  deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run, matching.get());
 
   const std::string over = exceeded(comparison, tolerances);
   if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);

@@ -76,11 +76,14 @@ MatchPictures write_pictures(const Matching& m, const Cloud& moving, const Reque
     write_agreement(files.agreement = folder.path("agreement.png"), moving, m, frame, MapOptions{}.width,
                     run.context());
   }
-  const auto before_after = paired_maps(m.comparison_before, m.comparison_after);
-  if (m.comparison_before)
-    write_map(files.before = folder.path("before.png"), *m.comparison_before, before_after[0], run.context());
-  if (m.comparison_after)
-    write_map(files.after = folder.path("after.png"), *m.comparison_after, before_after[1], run.context());
+  const auto scales = paired_scales(m.comparison_before, m.comparison_after);
+  const auto draw = [&](const Comparison& c, const char* name, const MapScale& scale) {
+    const std::string path = folder.path(name);
+    write_png(path, render_map(c, MapOptions{}, run.context(), scale));
+    return path;
+  };
+  if (m.comparison_before) files.before = draw(*m.comparison_before, "before.png", scales[0]);
+  if (m.comparison_after) files.after = draw(*m.comparison_after, "after.png", scales[1]);
   return files;
 }
 

@@ -1,7 +1,6 @@
 // Comparison: everything one comparison found. Reports are written from it; nothing is computed after it.
 #pragma once
 #include <cmath>
-#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -79,8 +78,6 @@ struct BudgetRow {
   Volume volume;
 };
 
-struct Matching;  // match/matching.hpp
-
 struct Comparison {
   CompareOptions options;
   Frame frame;
@@ -108,7 +105,6 @@ struct Comparison {
   PointFields fields_a, fields_b;
   std::vector<std::string> warnings;
   Timing timing;
-  std::shared_ptr<const Matching> matching;  ///< how B was moved on A first, where it was (compare --match)
 };
 
 }  // namespace isopach

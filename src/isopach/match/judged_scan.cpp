@@ -68,6 +68,8 @@ class Builder {
   Builder(JudgedScan& scan, Array<std::uint64_t> keys) : s_(scan), keys_(std::move(keys)) {}
 
   void run(const Point3& scanner_origin) {
+    s_.half.resize(n());
+    for (std::size_t i = 0; i < n(); ++i) s_.half[i] = static_cast<unsigned char>(keys_[i] & 1u);
     find_neighbours();
     measure_size();
     s_.queries = drawn([](std::uint64_t) { return true; }, judged_queries, 2);
@@ -86,7 +88,7 @@ class Builder {
   [[nodiscard]] std::span<const Index> neighbours(std::size_t i) const {
     return {neighbours_.data() + i * listed_, listed_};
   }
-  [[nodiscard]] bool in_first_half(std::size_t i) const { return (keys_[i] & 1u) != 0; }
+  [[nodiscard]] bool in_first_half(std::size_t i) const { return s_.half[i] != 0; }
 
   void find_neighbours() {
     s_.tree = std::make_unique<PointTree>(s_.points);

@@ -22,6 +22,7 @@ struct JudgedScan {
   Viewing viewing;
   Array<Point3> places;          ///< of the points in the viewing
   std::unique_ptr<PointTree> places_tree;
+  Array<unsigned char> half;     ///< by point, 0 or 1 at random: the halves that noise and detail are told from
   Array<Index> queries;          ///< random points, drawn by the area that they stand for
   double spacing = 0;            ///< distance of the sixth neighbour, median, in space
   double place_spacing = 0;      ///< the same in the viewing

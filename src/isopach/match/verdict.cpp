@@ -16,7 +16,7 @@ bool all_free(const Freedom& f) {
   return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
 }
 
-Grade grade_of(const Evidence& e, bool freed) {
+Grade grade_of(const PoseEvidence& e, bool freed) {
   const bool has_detail = std::min(e.detail[0], e.detail[1]) >= least_detail;
   if (e.points_in_view == 0) return Grade::doubted;
   if (freed && !has_detail) return Grade::undetermined;
@@ -28,7 +28,7 @@ Grade grade_of(const Evidence& e, bool freed) {
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * std::clamp(share, 0.0, 1.0)); }
 
 /// "97 % agrees within noise (1 % in front, 2 % behind), shape 0.98".
-std::string numbers(const Evidence& e) {
+std::string numbers(const PoseEvidence& e) {
   return fmt::format(
       "of what both scans see, {} agrees within their noise (needs {:.0f} %; {} lies in front, {} behind), and their "
       "shapes agree by {:.2f} (needs {:.2f}); in view {} of the moving scan, {} of the fixed one",
@@ -37,7 +37,7 @@ std::string numbers(const Evidence& e) {
 }
 
 std::string undetermined(const Verdict& v) {
-  const Evidence& e = v.evidence;
+  const PoseEvidence& e = v.evidence;
   const double q = std::min(e.detail[0], e.detail[1]);
   std::string text = "undetermined: ";
   if (v.freed && q < least_detail)
@@ -55,7 +55,7 @@ std::string undetermined(const Verdict& v) {
 }
 
 std::string doubted(const Verdict& v) {
-  const Evidence& e = v.evidence;
+  const PoseEvidence& e = v.evidence;
   if (e.points_in_view == 0 && e.noise[0] == 0 && e.noise[1] == 0)
     return "doubted: a scan has too few points for a verdict (needs 60 in different places)";
   if (v.nothing_in_view()) return "doubted: hardly anything of one scan lies in the view of the other";

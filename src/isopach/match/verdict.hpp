@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "isopach/match/evidence.hpp"
+#include "isopach/match/pose_evidence.hpp"
 
 namespace isopach {
 
@@ -31,7 +31,7 @@ struct Rival {
 
 struct Verdict {
   Grade grade = Grade::doubted;
-  Evidence evidence;
+  PoseEvidence evidence;
   enum class Stage { start, coarse } stage = Stage::start;  ///< whether the pose came from the start or a coarse search
   std::optional<Rival> rival;
   std::string tried;     ///< what was tried besides, in words; empty: nothing

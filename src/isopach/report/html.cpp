@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/report/map.hpp"
+#include "isopach/report/matched.hpp"
 #include "isopach/report/moved.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/palette.hpp"
@@ -25,7 +26,8 @@ constexpr const char* told_columns = "<th>name</th><th class=\"n\"></th><th clas
 
 class Page : public HtmlPage {
  public:
-  Page(const Comparison& c, const std::string& json, const MapOptions& look) : HtmlPage(json), c_(c), look_(look) {}
+  Page(const Comparison& c, const std::string& json, const MapOptions& look, const Matching* matched)
+      : HtmlPage(json), c_(c), look_(look), matched_(matched) {}
 
   [[nodiscard]] std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
     const std::string title =
@@ -64,11 +66,11 @@ class Page : public HtmlPage {
       return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
     };
     out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
-    if (c_.matching) {
-      out_ += "<p class=\"lead\">" + escaped(moved_sentence(*c_.matching, "B", fine)) + ".</p>\n";
-      if (c_.matching->verdict)
-        out_ += "<p>The pose is <strong>" +
-                escaped(sentence(*c_.matching->verdict, unit_text(c_.matching->unit))) + "</strong>.</p>\n";
+    if (matched_ != nullptr) {
+      out_ += "<p class=\"lead\">" + escaped(moved_sentence(*matched_, "B", fine)) + ".</p>\n";
+      if (matched_->verdict)
+        out_ += "<p>The pose is <strong>" + escaped(sentence(*matched_->verdict, unit_text(matched_->unit))) +
+                "</strong>.</p>\n";
     }
     if (c_.uncertainty.sigma)
       out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantity).front()) + "</p>\n";
@@ -413,14 +415,21 @@ class Page : public HtmlPage {
 
   const Comparison& c_;
   const MapOptions& look_;
+  const Matching* matched_;
 };
 
 }  // namespace
 
 void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
                 const std::optional<Truth>& truth, const Context& context, const MapOptions& look) {
+  write_html(path, c, map_png, json, truth, context, look, nullptr);
+}
+
+void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
+                const std::optional<Truth>& truth, const Context& context, const MapOptions& look,
+                const Matching* matched) {
   context.check();
-  write_page(path, Page(c, json, look).write(map_png, truth));
+  write_page(path, Page(c, json, look, matched).write(map_png, truth));
 }
 
 }  // namespace isopach

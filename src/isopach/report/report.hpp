@@ -42,8 +42,6 @@ struct MapOptions {
   std::string palette = "blue-red";  ///< see palettes(); diverging, centred on 0
   bool flip = false;                 ///< swap the two ends
   int width = 1600;                  ///< pixels
-  double colour_limit = 0;           ///< colours reach to plus and minus this; 0: chosen by the differences
-  std::optional<Box2> box;           ///< what is shown, frame coordinates; default: the domain and its surroundings
   MapWords words;
   std::vector<MapLine> lines;
 };

@@ -12,7 +12,7 @@ namespace isopach::values {
 [[nodiscard]] inline Json verdict_json(const std::optional<Verdict>& verdict, const std::string& unit) {
   if (!verdict) return nullptr;
   const Verdict& v = *verdict;
-  const Evidence& e = v.evidence;
+  const PoseEvidence& e = v.evidence;
   Json rival = nullptr;
   if (v.rival)
     rival = {{"matrix", matrix(v.rival->pose)},
@@ -35,7 +35,7 @@ namespace isopach::values {
 }
 
 /// The key `matched`: how B was moved; null where it was not.
-[[nodiscard]] inline Json matched_json(const std::shared_ptr<const Matching>& matching) {
+[[nodiscard]] inline Json matched_json(const Matching* matching) {
   if (matching == nullptr) return nullptr;
   const Matching& m = *matching;
   const Moved by = moved_by(m);

@@ -184,7 +184,9 @@ std::string currents_headline(const CurrentsComparison& k, const Quantity& quant
          quantity("measure.currents.norm_b", std::sqrt(std::max(0.0, k.sums.norm_b2)), 2) + ".";
 }
 
-std::string difference_headline(const Comparison& c, const Quantity& quantity) {
+}  // namespace
+
+std::string headline(const Comparison& c, const Quantity& quantity) {
   const Measures& m = c.measures;
   if (c.options.measure == MeasureKind::currents && c.currents) return currents_headline(*c.currents, quantity);
   if (c.options.measure == MeasureKind::dV && c.detail) return detail_headline(*c.detail, quantity);
@@ -197,14 +199,6 @@ std::string difference_headline(const Comparison& c, const Quantity& quantity) {
                                             (mean > 0 ? " above A" : " below A");
   return level + ": " + quantity("volume.above", m.volume.above, 3) + " gained and " +
          quantity("volume.below", m.volume.below, 3) + " lost on " + quantity("domain.area", c.domain_area, 2) + ".";
-}
-
-}  // namespace
-
-std::string headline(const Comparison& c, const Quantity& quantity) {
-  std::string text = difference_headline(c, quantity);
-  if (c.matching) text += " This is after B was moved on A.";
-  return text;
 }
 
 const char* to_text(DuplicatePolicy policy) {

@@ -1,4 +1,4 @@
-#include "isopach/match/evidence.hpp"
+#include "isopach/match/pose_evidence.hpp"
 
 #include <Eigen/Dense>
 #include <Eigen/Eigenvalues>
@@ -214,9 +214,9 @@ double share(std::size_t part, std::size_t all) {
 
 }  // namespace
 
-Evidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
+PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
                      const std::array<double, 9>& axes) {
-  Evidence e;
+  PoseEvidence e;
   if (!moving.usable() || !fixed.usable()) return e;
   const Placing placing(pose, moving.origin, fixed.origin);
   const double noise = std::hypot(placing.scale * moving.noise, fixed.noise);

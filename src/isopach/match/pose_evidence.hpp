@@ -1,4 +1,4 @@
-// Evidence: what two scans say about a pose of one on the other, from all that both of them see.
+// PoseEvidence: what two scans say about a pose of one on the other, from all that both of them see.
 #pragma once
 #include <array>
 #include <string>
@@ -18,7 +18,7 @@ enum class PointVerdict : unsigned char {
 };
 
 /// All numbers of a pose. First of two: points of MOVING in the view of FIXED; second: the other way round.
-struct Evidence {
+struct PoseEvidence {
   double agree = 0;      ///< E: share, of what is in view and faces the eye, that agrees; the lesser of both ways, over
                          ///< what a scan agrees with itself (f, the lesser)
   double shape = 0;      ///< D: correlation of the normals' detail; the lesser of both ways, over the lesser q
@@ -36,7 +36,7 @@ struct Evidence {
   [[nodiscard]] double least() const { return agree < shape ? agree : shape; }
 };
 
-/// Evidence at T_fixed_moving = `pose`, whose scale may differ from 1. `freedom` says which motions `slip` looks at;
+/// PoseEvidence at T_fixed_moving = `pose`, whose scale may differ from 1. `freedom` says which motions `slip` looks at;
 /// `axes` the frame they are along (rows u, v, w).
 ///
 /// A point is in view where, in the viewing of the other scan, a point of that lies within 1.5 of its spacings; it
@@ -44,8 +44,8 @@ struct Evidence {
 /// nearest in depth of the four nearest there. Which side of a scan was seen is not known from its points: the normals
 /// of MOVING are tried either way, and the way with the greater lesser number stands, for both directions alike.
 /// All 0 where a scan is not usable(). Cost: 5000 searches for neighbours, about 15 ms. Deterministic.
-/// Test: Evidence.* in tests/match/verdict_test.cpp, against a twin that looks at all pairs of points.
-[[nodiscard]] Evidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose,
+/// Test: PoseEvidence.* in tests/match/verdict_test.cpp, against a twin that looks at all pairs of points.
+[[nodiscard]] PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose,
                                    const Freedom& freedom, const std::array<double, 9>& axes);
 
 /// Of every point of a cloud, what it is to `fixed` at the pose; `noise` is that of both scans together. Points that are
