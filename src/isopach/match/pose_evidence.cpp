@@ -23,6 +23,10 @@ constexpr double near_depths = 3;       // spacings, within which depth and dist
 constexpr double widths = 3;            // of the noise
 constexpr std::size_t fewest = 30;
 constexpr double slip_share = 0.01;     // of the extent
+constexpr double most_slip_needed = 0.5;
+// A plane through 12 points of noise s is tilted by s / (2.35 spacings), and `noise` is 1.66 s: a surface that holds
+// nothing shows a slip of slip_share extent / (3.9 spacings). Half as much again and more is asked for.
+constexpr double noise_of_normals = 2.4;
 
 /// A rigid motion with a scale, of the coordinates about the origins of two scans.
 struct Placing {
@@ -248,11 +252,12 @@ PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, cons
   e.points_in_view = a.facing + b.facing;
   e.in_front = share(a.in_front + b.in_front, e.points_in_view);
   e.behind = share(a.behind + b.behind, e.points_in_view);
+  const double extent = std::min(placing.scale * moving.extent, fixed.extent);
+  e.slip_needed = std::min(most_slip_needed, slip_share * extent / (noise_of_normals * fixed.spacing));
   const Contact contact(moving, fixed, placing, noise);
   if (!contact.holds()) return e;
   Eigen::VectorXd motion;
   std::vector<std::size_t> free;
-  const double extent = std::min(placing.scale * moving.extent, fixed.extent);
   e.slip = contact.least(freedom, axes, motion, free) * slip_share * extent / noise;
   e.loosest = free.empty() ? "" : in_words(motion, free, axes);
   return e;

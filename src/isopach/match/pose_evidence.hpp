@@ -24,6 +24,8 @@ struct PoseEvidence {
   double shape = 0;      ///< D: correlation of the normals' detail; the lesser of both ways, over the lesser q
   double slip = 0;       ///< rise of the residuals, in standard deviations of the noise, where the scan slips 1 % of its
                          ///< extent in the free motion that is held least
+  double slip_needed = 0;  ///< least slip that holds: 0.5, less for few points, where the noise of normals alone, which
+                           ///< makes even a plane rough, shows as 0.01 extent / (3.9 spacing)
   std::string loosest;   ///< this motion in words
   std::array<double, 2> in_view{0, 0};  ///< share of the points
   double in_front = 0, behind = 0;      ///< shares of what E counts, of both ways together

@@ -22,7 +22,7 @@ Grade grade_of(const PoseEvidence& e, bool freed) {
   if (freed && !has_detail) return Grade::undetermined;
   const double least = has_detail ? e.least() : e.agree;
   if (!(least >= least_agreement)) return Grade::doubted;
-  return e.slip >= least_slip ? Grade::trusted : Grade::undetermined;
+  return e.slip >= e.slip_needed ? Grade::trusted : Grade::undetermined;
 }
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * std::clamp(share, 0.0, 1.0)); }
@@ -49,7 +49,7 @@ std::string undetermined(const Verdict& v) {
     text += fmt::format(
         "the surface does not hold the scan: slipping by 1 % of the extent raises the distances by {:.2f} noise (needs "
         "{:.2f})",
-        e.slip, least_slip);
+        e.slip, e.slip_needed);
   if (!e.loosest.empty()) text += "; held least: " + e.loosest;
   return text;
 }

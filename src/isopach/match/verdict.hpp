@@ -16,8 +16,8 @@ enum class Grade {
 
 [[nodiscard]] const char* to_text(Grade grade);
 
-/// Least E and D of a trusted pose, least detail q and least slip of a surface that determines one.
-inline constexpr double least_agreement = 0.70, least_detail = 0.5, least_slip = 0.5;
+/// Least E and D of a trusted pose, and least detail q of a surface that determines one.
+inline constexpr double least_agreement = 0.70, least_detail = 0.5;
 /// Less in view than this is nothing.
 inline constexpr double least_view = 0.02;
 /// Another pose: farther off than this many degrees, or this share of the extent; as good: z within rival_margin.

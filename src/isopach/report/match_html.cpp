@@ -230,7 +230,7 @@ class MatchPage : HtmlPage {
     row("detail", plain("verdict.detail.0"), "", "of the moving scan: how well its halves repeat it; needs 0.5");
     row("", plain("verdict.detail.1"), "", "of the fixed scan");
     row("slip", plain("verdict.slip"), "",
-        "noises that the distances rise by where the scan slips 1 % of its extent; needs 0.5");
+        "noises that the distances rise by where the scan slips 1 % of its extent; needs 0.5, less of few points");
     close_table();
   }
 
