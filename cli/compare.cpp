@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "cli/command.hpp"
-#include "cli/match.hpp"
 #include "cli/deliver.hpp"
+#include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/registration.hpp"

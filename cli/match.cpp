@@ -71,8 +71,8 @@ MatchPictures write_pictures(const Matching& m, const Cloud& moving, const Reque
   if (!m.agreement.empty()) {
     ProjectOptions project = request.options.compare.project;
     project.crop.reset();
-    const Frame frame = m.comparison_after ? m.comparison_after->frame
-                                           : choose_frame(moving, moving, Pose{}, project, run.context());
+    const Frame frame =
+        m.comparison_after ? m.comparison_after->frame : choose_frame(moving, moving, Pose{}, project, run.context());
     write_agreement(files.agreement = folder.path("agreement.png"), moving, m, frame, MapOptions{}.width,
                     run.context());
   }

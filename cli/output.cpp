@@ -6,8 +6,8 @@
 #include <cmath>
 #include <fstream>
 
-#include "isopach/io/write.hpp"
 #include "cli/deliver.hpp"
+#include "isopach/io/write.hpp"
 #include "isopach/report/map.hpp"
 #include "isopach/report/matched.hpp"
 #include "isopach/report/moved.hpp"
@@ -149,8 +149,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
   MapOptions look = delivery.map;
   if (matched != nullptr)
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
-  if (folder != nullptr && !delivery.no_map)
-    write_map(map = folder->path("difference.png"), comparison, look, context);
+  if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
 
   const double write_s = watch.lap();
   auto& timing = comparison.timing;

@@ -43,14 +43,14 @@ Scene scene(const std::string& name, const std::string& variant, std::size_t n, 
   return make_scene(name, o, {});
 }
 
-// --- the twin: every nearest point by looking at all, every sum as it is written down ---------------------------------
+// --- the twin: every nearest point by looking at all, every sum as it is written down
+// ---------------------------------
 
 std::vector<Index> nearest_of(const Array<Point3>& points, const Point3& p, std::size_t k) {
   std::vector<Index> ids(points.size());
   for (std::size_t i = 0; i < ids.size(); ++i) ids[i] = static_cast<Index>(i);
-  std::sort(ids.begin(), ids.end(), [&](Index i, Index j) {
-    return squared_length(points[i] - p) < squared_length(points[j] - p);
-  });
+  std::sort(ids.begin(), ids.end(),
+            [&](Index i, Index j) { return squared_length(points[i] - p) < squared_length(points[j] - p); });
   ids.resize(std::min(k, ids.size()));
   return ids;
 }
@@ -97,7 +97,8 @@ struct TwinScan {
     for (std::size_t i = 0; i < n; ++i) half[i] = twin_normal(s.points, some(s, near[i], i, true, 12), eye(s, i));
     std::vector<double> distances;
     std::vector<Eigen::Vector3d> at, a, b;
-    for (const Index i : s.queries) {  // other points than the product draws: all of one half, so numbers are near, not same
+    for (const Index i :
+         s.queries) {  // other points than the product draws: all of one half, so numbers are near, not same
       if (s.half[i] == 0) continue;
       const std::vector<Index> other = some(s, near[i], i, false, 8);
       Eigen::Vector3d centre = Eigen::Vector3d::Zero();
@@ -110,8 +111,8 @@ struct TwinScan {
     detail = twin_correlation(at, a, b);
     std::sort(distances.begin(), distances.end());
     noise = 1.4826 * distances[distances.size() / 2];
-    within = static_cast<double>(std::count_if(distances.begin(), distances.end(),
-                                               [&](double d) { return d < 3 * noise; })) /
+    within = static_cast<double>(
+                 std::count_if(distances.begin(), distances.end(), [&](double d) { return d < 3 * noise; })) /
              static_cast<double>(distances.size());
   }
   static Eigen::Vector3d eye(const JudgedScan& s, std::size_t i) { return vec(s.viewing.line_of_sight(s.points[i])); }
@@ -223,11 +224,11 @@ TEST(Evidence, AsByAllPairs) {
   const Cloud a = hills(900, 1, 0.002), b = hills(1100, 2, 0.002);
   const JudgedScan moving = scan_of(a), fixed = scan_of(b);
   const Point3 middle = test::middle_of(a);
-  for (const Pose& pose : {Pose{}, turn_and_shift({0, 0, 1}, 4, middle, {0.01, 0, 0}),
-                           turn_and_shift({1, 2, 0}, 25, middle, {0.1, -0.2, 0.02}),
-                           turn_and_shift({1, 0, 0}, 180, middle, {0, 0, 0})}) {
+  for (const Pose& pose :
+       {Pose{}, turn_and_shift({0, 0, 1}, 4, middle, {0.01, 0, 0}),
+        turn_and_shift({1, 2, 0}, 25, middle, {0.1, -0.2, 0.02}), turn_and_shift({1, 0, 0}, 180, middle, {0, 0, 0})}) {
     const PoseEvidence e = evidence_at(moving, fixed, pose, {}, {1, 0, 0, 0, 1, 0, 0, 0, 1}),
-                   twin = twin_evidence(moving, fixed, pose);
+                       twin = twin_evidence(moving, fixed, pose);
     EXPECT_NEAR(e.agree, twin.agree, 1e-12);
     EXPECT_NEAR(e.shape, twin.shape, 1e-6);
     EXPECT_EQ(e.in_view, twin.in_view);
@@ -235,10 +236,12 @@ TEST(Evidence, AsByAllPairs) {
 }
 
 TEST(Verdict, TrustsTheTruthAndDoubtsWhatIsOff) {
-  for (const auto& [name, variant] : {std::pair<std::string, std::string>{"terrain", ""}, {"face", ""}, {"relief", ""}}) {
+  for (const auto& [name, variant] :
+       {std::pair<std::string, std::string>{"terrain", ""}, {"face", ""}, {"relief", ""}}) {
     const Scene s = scene(name, variant, 9000, 0.05);
     const JudgedScan fixed = scan_of(s.a), moving = scan_of(s.b);
-    EXPECT_EQ(judge(moving, fixed, Pose{}).grade, Grade::trusted) << name << ": " << sentence(judge(moving, fixed, {}), "m");
+    EXPECT_EQ(judge(moving, fixed, Pose{}).grade, Grade::trusted)
+        << name << ": " << sentence(judge(moving, fixed, {}), "m");
     const Point3 middle = test::middle_of(s.b);
     const double extent = fixed.extent;
     for (const Pose& off :

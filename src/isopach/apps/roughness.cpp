@@ -96,7 +96,8 @@ Roughness run(const Cloud& scan, const Cloud* after, const Cloud* reference, con
     clock.start("match");
     Pose& pose = r.options.compare.pose;
     if (after != nullptr) pose = matched(*after, scan, pose, "the second scan", r.verdict, r, context);
-    if (reference != nullptr) r.reference_pose = matched(*reference, scan, Pose{}, "the reference", r.reference_verdict, r, context);
+    if (reference != nullptr)
+      r.reference_pose = matched(*reference, scan, Pose{}, "the reference", r.reference_verdict, r, context);
   }
 
   clock.start("frame");

@@ -32,7 +32,7 @@ struct RoughnessOptions {
   double margin = -1;                        ///< not evaluated: nearer to the rim than this; below 0: half of l_filter
   Interpolation interpolation = Interpolation::cubic;  ///< between the points, for the parameters
   WrinkleOptions wrinkles;
-  bool match = false;  ///< move the second scan and the reference onto the first before anything else
+  bool match = false;         ///< move the second scan and the reference onto the first before anything else
   bool accept_doubt = false;  ///< take a matching whose pose is not trusted
 };
 

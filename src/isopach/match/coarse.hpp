@@ -13,9 +13,9 @@ namespace isopach {
 [[nodiscard]] Pose coarse_start(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
                                 const Context& context);
 
-/// The best few of the poses that were tried, at most `most`, the best first, each farther than other_turn or other_shift
-/// (match/verdict.hpp) from those before it: where a surface repeats itself, the others are rivals of the first. Cost and
-/// errors as coarse_start().
+/// The best few of the poses that were tried, at most `most`, the best first, each farther than other_turn or
+/// other_shift (match/verdict.hpp) from those before it: where a surface repeats itself, the others are rivals of the
+/// first. Cost and errors as coarse_start().
 [[nodiscard]] std::vector<Pose> coarse_poses(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
                                              std::size_t most, const Context& context);
 

@@ -23,10 +23,10 @@ constexpr std::size_t sixth = 6, sixteenth = 16;
 constexpr std::size_t noise_queries = 3000;
 constexpr std::size_t fewest_points = 60;
 constexpr std::size_t block = 256;
-constexpr double widest_area = 0.95;      // percentile: a lone point is not a large surface
+constexpr double widest_area = 0.95;  // percentile: a lone point is not a large surface
 constexpr double noise_widths = 3;
-constexpr double least_noise = 0.01;      // of the spacing
-constexpr double place_step = 4;          // every so many points tell the spacing in the viewing
+constexpr double least_noise = 0.01;  // of the spacing
+constexpr double place_step = 4;      // every so many points tell the spacing in the viewing
 
 struct Keyed {
   std::uint64_t key;
@@ -113,7 +113,7 @@ class Builder {
       sixths[i] = length(s_.points[neighbours(i)[std::min(sixth, listed_ - 1)]] - s_.points[i]);
     s_.spacing = median(sixths);
     double squared = 0;
-    for (double Point3::* axis : {&Point3::x, &Point3::y, &Point3::z}) {
+    for (double Point3::*axis : {&Point3::x, &Point3::y, &Point3::z}) {
       Array<double> values(n());
       for (std::size_t i = 0; i < n(); ++i) values[i] = s_.points[i].*axis;
       const auto at = [&](double share) {
@@ -213,10 +213,9 @@ class Builder {
     const double size = length(s_.origin) + s_.extent;
     const double least = std::max(least_noise * s_.spacing, 8 * std::numeric_limits<double>::epsilon() * size);
     s_.noise = std::max(mad_to_sigma * median(copy), least);
-    const auto within = std::count_if(distances.begin(), distances.end(),
-                                      [&](double d) { return d < noise_widths * s_.noise; });
-    s_.within_noise =
-        distances.empty() ? 1 : static_cast<double>(within) / static_cast<double>(distances.size());
+    const auto within =
+        std::count_if(distances.begin(), distances.end(), [&](double d) { return d < noise_widths * s_.noise; });
+    s_.within_noise = distances.empty() ? 1 : static_cast<double>(within) / static_cast<double>(distances.size());
   }
 
   JudgedScan& s_;

@@ -14,22 +14,22 @@
 namespace isopach {
 
 struct JudgedScan {
-  Point3 origin{0, 0, 0};        ///< of the coordinates below, in those of the input
-  Array<Point3> points;          ///< at most `judged_points`, about the origin, a function of the set of input points
-  Array<Point3> normals;         ///< length 1, on the side of the eye; of the 12 nearest points
-  Array<Point3> mean_normals;    ///< mean of the normals of these
+  Point3 origin{0, 0, 0};      ///< of the coordinates below, in those of the input
+  Array<Point3> points;        ///< at most `judged_points`, about the origin, a function of the set of input points
+  Array<Point3> normals;       ///< length 1, on the side of the eye; of the 12 nearest points
+  Array<Point3> mean_normals;  ///< mean of the normals of these
   std::unique_ptr<PointTree> tree;
   Viewing viewing;
-  Array<Point3> places;          ///< of the points in the viewing
+  Array<Point3> places;  ///< of the points in the viewing
   std::unique_ptr<PointTree> places_tree;
-  Array<unsigned char> half;     ///< by point, 0 or 1 at random: the halves that noise and detail are told from
-  Array<Index> queries;          ///< random points, drawn by the area that they stand for
-  double spacing = 0;            ///< distance of the sixth neighbour, median, in space
-  double place_spacing = 0;      ///< the same in the viewing
-  double extent = 0;             ///< diagonal of the box that holds all but the outermost 1 % either side of each axis
-  double noise = 0;              ///< s: 1.4826 medians of the distances of one half from the other
-  double within_noise = 0;       ///< f: share of these distances below 3 s
-  double detail = 0;             ///< q: how well the shape detail of the normals agrees between the halves, -1 to 1
+  Array<unsigned char> half;  ///< by point, 0 or 1 at random: the halves that noise and detail are told from
+  Array<Index> queries;       ///< random points, drawn by the area that they stand for
+  double spacing = 0;         ///< distance of the sixth neighbour, median, in space
+  double place_spacing = 0;   ///< the same in the viewing
+  double extent = 0;          ///< diagonal of the box that holds all but the outermost 1 % either side of each axis
+  double noise = 0;           ///< s: 1.4826 medians of the distances of one half from the other
+  double within_noise = 0;    ///< f: share of these distances below 3 s
+  double detail = 0;          ///< q: how well the shape detail of the normals agrees between the halves, -1 to 1
 
   /// Whether there are points enough for any judgement.
   [[nodiscard]] bool usable() const { return queries.size() >= 30; }
@@ -39,9 +39,9 @@ struct JudgedScan {
   JudgedScan& operator=(JudgedScan&&) = default;
 };
 
-inline constexpr std::size_t judged_points = 16000;   ///< of each scan
-inline constexpr std::size_t judged_queries = 2500;   ///< at most, and at most half of the points
-inline constexpr std::size_t normal_of = 12;          ///< points that a normal is fitted to, the point itself included
+inline constexpr std::size_t judged_points = 16000;  ///< of each scan
+inline constexpr std::size_t judged_queries = 2500;  ///< at most, and at most half of the points
+inline constexpr std::size_t normal_of = 12;         ///< points that a normal is fitted to, the point itself included
 
 /// A number of 64 bits from coordinates and a seed: the same point gets the same, wherever it stands in its file.
 [[nodiscard]] std::uint64_t point_key(const Point3& p, std::uint64_t seed);

@@ -43,7 +43,7 @@ struct Matching {
   std::vector<std::string> weak_directions;  ///< motions that the scans hardly determine, in words
   Array<unsigned char> stable;               ///< per point of MOVING: 1 if it was fitted (stable), 0 if not
   std::optional<Verdict> verdict;            ///< unless options.check_pose is off
-  Array<PointVerdict> agreement;                ///< per point of MOVING, if options.label_points
+  Array<PointVerdict> agreement;             ///< per point of MOVING, if options.label_points
   std::vector<std::string> warnings;
   Timing timing;
 };

@@ -14,15 +14,15 @@
 namespace isopach {
 namespace {
 
-constexpr std::size_t in_depth = 4;     // nearest in the projection; the nearest of them in depth is the partner
-constexpr double beside = 1.5;          // spacings: farther off there is nothing of the other scan
-constexpr double facing = 0.2;          // cosine of 78 degrees
-constexpr double steep = 0.15;          // a facet seen at a flatter angle has no depth of its own
-constexpr double depth_to_normal = 0.3; // then: of the difference in depth
-constexpr double near_depths = 3;       // spacings, within which depth and distance may differ in sign
-constexpr double widths = 3;            // of the noise
+constexpr std::size_t in_depth = 4;      // nearest in the projection; the nearest of them in depth is the partner
+constexpr double beside = 1.5;           // spacings: farther off there is nothing of the other scan
+constexpr double facing = 0.2;           // cosine of 78 degrees
+constexpr double steep = 0.15;           // a facet seen at a flatter angle has no depth of its own
+constexpr double depth_to_normal = 0.3;  // then: of the difference in depth
+constexpr double near_depths = 3;        // spacings, within which depth and distance may differ in sign
+constexpr double widths = 3;             // of the noise
 constexpr std::size_t fewest = 30;
-constexpr double slip_share = 0.01;     // of the extent
+constexpr double slip_share = 0.01;  // of the extent
 constexpr double most_slip_needed = 0.5;
 // A plane through 12 points of noise s is tilted by s / (2.35 spacings), and `noise` is 1.66 s: a surface that holds
 // nothing shows a slip of slip_share extent / (3.9 spacings). Half as much again and more is asked for.
@@ -36,8 +36,8 @@ struct Placing {
 
   Placing(const Pose& pose, const Point3& from, const Point3& to) {
     const auto& m = pose.m;
-    const double det = m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) +
-                       m[2] * (m[4] * m[9] - m[5] * m[8]);
+    const double det =
+        m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
     scale = std::cbrt(std::fabs(det));
     for (std::size_t i = 0; i < 3; ++i)
       for (std::size_t j = 0; j < 3; ++j) turn[3 * i + j] = m[4 * i + j] / scale;
@@ -75,7 +75,8 @@ Seen seen(const Point3& p, const JudgedScan& scan, std::vector<Index>& found) {
   const double near_depth = near_depths * (plane ? scan.place_spacing : scan.spacing);
   double least = 0;
   for (const Index k : found) {
-    const double along = dot(scan.normals[k], p - scan.points[k]), before = depth - scan.viewing.nearness(scan.points[k]);
+    const double along = dot(scan.normals[k], p - scan.points[k]),
+                 before = depth - scan.viewing.nearness(scan.points[k]);
     const bool has_depth = dot(scan.normals[k], s.to_eye) > steep;
     const bool is_clear = std::fabs(before) >= near_depth && (along > 0) != (before > 0);
     const double d = has_depth && !is_clear ? along : depth_to_normal * before;
@@ -219,7 +220,7 @@ double share(std::size_t part, std::size_t all) {
 }  // namespace
 
 PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
-                     const std::array<double, 9>& axes) {
+                         const std::array<double, 9>& axes) {
   PoseEvidence e;
   if (!moving.usable() || !fixed.usable()) return e;
   const Placing placing(pose, moving.origin, fixed.origin);
@@ -264,7 +265,7 @@ PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, cons
 }
 
 Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
-                              const Context& context) {
+                                 const Context& context) {
   context.check();
   Array<PointVerdict> result(moving.points.size());
   std::fill(result.begin(), result.end(), PointVerdict::not_in_view);

@@ -19,14 +19,14 @@ enum class PointVerdict : unsigned char {
 
 /// All numbers of a pose. First of two: points of MOVING in the view of FIXED; second: the other way round.
 struct PoseEvidence {
-  double agree = 0;      ///< E: share, of what is in view and faces the eye, that agrees; the lesser of both ways, over
-                         ///< what a scan agrees with itself (f, the lesser)
-  double shape = 0;      ///< D: correlation of the normals' detail; the lesser of both ways, over the lesser q
-  double slip = 0;       ///< rise of the residuals, in standard deviations of the noise, where the scan slips 1 % of its
-                         ///< extent in the free motion that is held least
+  double agree = 0;  ///< E: share, of what is in view and faces the eye, that agrees; the lesser of both ways, over
+                     ///< what a scan agrees with itself (f, the lesser)
+  double shape = 0;  ///< D: correlation of the normals' detail; the lesser of both ways, over the lesser q
+  double slip = 0;   ///< rise of the residuals, in standard deviations of the noise, where the scan slips 1 % of its
+                     ///< extent in the free motion that is held least
   double slip_needed = 0;  ///< least slip that holds: 0.5, less for few points, where the noise of normals alone, which
                            ///< makes even a plane rough, shows as 0.01 extent / (3.9 spacing)
-  std::string loosest;   ///< this motion in words
+  std::string loosest;     ///< this motion in words
   std::array<double, 2> in_view{0, 0};  ///< share of the points
   double in_front = 0, behind = 0;      ///< shares of what E counts, of both ways together
   std::array<double, 2> noise{0, 0};    ///< of MOVING, of FIXED, in the unit of FIXED
@@ -38,8 +38,8 @@ struct PoseEvidence {
   [[nodiscard]] double least() const { return agree < shape ? agree : shape; }
 };
 
-/// PoseEvidence at T_fixed_moving = `pose`, whose scale may differ from 1. `freedom` says which motions `slip` looks at;
-/// `axes` the frame they are along (rows u, v, w).
+/// PoseEvidence at T_fixed_moving = `pose`, whose scale may differ from 1. `freedom` says which motions `slip` looks
+/// at; `axes` the frame they are along (rows u, v, w).
 ///
 /// A point is in view where, in the viewing of the other scan, a point of that lies within 1.5 of its spacings; it
 /// counts where its normal is within 78 degrees of the line of sight. Its distance is measured along the normal of the
@@ -48,11 +48,11 @@ struct PoseEvidence {
 /// All 0 where a scan is not usable(). Cost: 5000 searches for neighbours, about 15 ms. Deterministic.
 /// Test: PoseEvidence.* in tests/match/verdict_test.cpp, against a twin that looks at all pairs of points.
 [[nodiscard]] PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose,
-                                   const Freedom& freedom, const std::array<double, 9>& axes);
+                                       const Freedom& freedom, const std::array<double, 9>& axes);
 
-/// Of every point of a cloud, what it is to `fixed` at the pose; `noise` is that of both scans together. Points that are
-/// not finite are not in view. Cost O(n log judged_points), in parallel.
-[[nodiscard]] Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
-                                            const Context& context);
+/// Of every point of a cloud, what it is to `fixed` at the pose; `noise` is that of both scans together. Points that
+/// are not finite are not in view. Cost O(n log judged_points), in parallel.
+[[nodiscard]] Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose,
+                                               double noise, const Context& context);
 
 }  // namespace isopach

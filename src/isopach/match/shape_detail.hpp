@@ -24,7 +24,9 @@ struct LocalPlane {
 /// what the normals of a quadric surface are, is fitted to each of the two and taken off.
 class ShapeDetail {
  public:
-  void add(const Point3& place, const Point3& first, const Point3& second) { samples_.push_back({place, first, second}); }
+  void add(const Point3& place, const Point3& first, const Point3& second) {
+    samples_.push_back({place, first, second});
+  }
   /// sum(a·b) / sqrt(sum a² sum b²) of the remainders, -1 to 1; 0 of fewer than 8 pairs, and where one has none but
   /// rounding. Cost O(n).
   [[nodiscard]] double correlation() const;

@@ -12,9 +12,7 @@
 namespace isopach {
 namespace {
 
-bool all_free(const Freedom& f) {
-  return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
-}
+bool all_free(const Freedom& f) { return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z; }
 
 Grade grade_of(const PoseEvidence& e, bool freed) {
   const bool has_detail = std::min(e.detail[0], e.detail[1]) >= least_detail;
@@ -125,8 +123,9 @@ std::string sentence(const Verdict& v, const std::string& unit) {
       break;
   }
   if (v.rival)
-    text += fmt::format("; another pose, {:.1f} degrees and {:.4g} {} away, agrees by {:.2f} where this one does by {:.2f}",
-                        v.rival->degrees, v.rival->shift, unit, v.rival->least, v.evidence.least());
+    text +=
+        fmt::format("; another pose, {:.1f} degrees and {:.4g} {} away, agrees by {:.2f} where this one does by {:.2f}",
+                    v.rival->degrees, v.rival->shift, unit, v.rival->least, v.evidence.least());
   if (!v.tried.empty()) text += "; " + v.tried;
   return text;
 }
@@ -138,9 +137,9 @@ void require_trust(const Verdict& v, const std::string& unit, const std::string&
   if (v.grade == Grade::undetermined) remedy = "search fewer motions (--freedom), or scan more of what surrounds it";
   if (v.grade == Grade::rival) remedy = "only a start that you know decides";
   if (v.grade == Grade::doubted && !v.freed) remedy += ", or free all motions";
-  throw Error(nothing ? ExitCode::no_overlap : ExitCode::not_converged,
-              fmt::format("{}: the pose is {}: {}, or take it as it is by --accept-doubt", option, sentence(v, unit),
-                          remedy));
+  throw Error(
+      nothing ? ExitCode::no_overlap : ExitCode::not_converged,
+      fmt::format("{}: the pose is {}: {}, or take it as it is by --accept-doubt", option, sentence(v, unit), remedy));
 }
 
 }  // namespace isopach

@@ -25,7 +25,7 @@ inline constexpr double other_turn = 3, other_shift = 0.03, rival_margin = 0.1;
 
 struct Rival {
   Pose pose;
-  double least = 0;            ///< its z
+  double least = 0;               ///< its z
   double degrees = 0, shift = 0;  ///< from the pose judged; the shift is that of the middle of MOVING
 };
 
@@ -34,9 +34,9 @@ struct Verdict {
   PoseEvidence evidence;
   enum class Stage { start, coarse } stage = Stage::start;  ///< whether the pose came from the start or a coarse search
   std::optional<Rival> rival;
-  std::string tried;     ///< what was tried besides, in words; empty: nothing
-  bool freed = true;     ///< all rigid motions were searched
-  bool accepted = false; ///< the user takes the pose although it is not trusted
+  std::string tried;      ///< what was tried besides, in words; empty: nothing
+  bool freed = true;      ///< all rigid motions were searched
+  bool accepted = false;  ///< the user takes the pose although it is not trusted
 
   [[nodiscard]] bool trusted() const { return grade == Grade::trusted; }
   /// Nothing of either scan is seen beside the other.
@@ -50,8 +50,8 @@ struct Verdict {
 /// nothing to say there, and there is nothing to turn away to. Too few points: doubted. Cost: that of evidence_at().
 /// Source: the evidence is after CorAl (D. Adolfsson et al. 2021: what is inherent to each scan is discounted) and free
 /// space (D. Huber, M. Hebert 2001 and later); slip after N. Gelfand et al. 2003. Limits: docs/verdict.md.
-[[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose,
-                            const Freedom& freedom, const std::array<double, 9>& axes);
+[[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
+                            const std::array<double, 9>& axes);
 /// All six motions, in input axes.
 [[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose);
 

@@ -13,10 +13,10 @@ namespace {
 
 constexpr std::size_t most_points = 4000;  // that layers are counted on
 constexpr std::size_t most_queries = 600;
-constexpr std::size_t beside = 4;       // neighbours in the projection
-constexpr double apart = 4;             // in `reach`: a neighbour on a steep slope may lie so far, not more
-constexpr double few_layers = 0.05;     // below it a direction is good enough
-constexpr double clearly_fewer = 0.6;   // of the share in layers
+constexpr std::size_t beside = 4;      // neighbours in the projection
+constexpr double apart = 4;            // in `reach`: a neighbour on a steep slope may lie so far, not more
+constexpr double few_layers = 0.05;    // below it a direction is good enough
+constexpr double clearly_fewer = 0.6;  // of the share in layers
 constexpr int steps_to_mean = 3;
 
 Point3 scaled_to_one(const Point3& v) {

@@ -28,9 +28,9 @@ struct Viewing {
 /// The viewing in which the fewest of `queries` have neighbours, among those seen beside them, that lie apart in space.
 /// Directions: the principal ones of the normals, each followed to the mean of the normals on its side; places: that of
 /// the coordinates' origin (`origin`), where it lies among the points, and the middle of the points. A direction is
-/// preferred to a place, and a place to `origin`, unless the other has clearly fewer layers. `reach`: of each query, the
-/// distance within which 16 points lie. Cost O(n log n), on at most 4000 points.
-/// Test: Viewing.* in tests/match/verdict_test.cpp.
+/// preferred to a place, and a place to `origin`, unless the other has clearly fewer layers. `reach`: of each query,
+/// the distance within which 16 points lie. Cost O(n log n), on at most 4000 points. Test: Viewing.* in
+/// tests/match/verdict_test.cpp.
 [[nodiscard]] Viewing choose_viewing(std::span<const Point3> points, std::span<const Point3> normals,
                                      std::span<const Index> queries, std::span<const double> reach,
                                      const Point3& origin);

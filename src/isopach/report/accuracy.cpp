@@ -7,8 +7,8 @@
 #include <limits>
 
 #include "isopach/report/alignment_values.hpp"
-#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/page.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 

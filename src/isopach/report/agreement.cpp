@@ -16,8 +16,8 @@ namespace {
 constexpr Rgb paper{1, 1, 1}, ink{0.13, 0.14, 0.16}, faint{0.42, 0.44, 0.47}, rule{0.55, 0.57, 0.6};
 constexpr std::size_t kinds = 4;
 // By the numbers of PointVerdict. The three that matter differ in lightness too.
-constexpr std::array<Rgb, kinds> colours{
-    Rgb{0.83, 0.84, 0.85}, Rgb{0.35, 0.62, 0.84}, Rgb{0.84, 0.37, 0.0}, Rgb{0.36, 0.12, 0.42}};
+constexpr std::array<Rgb, kinds> colours{Rgb{0.83, 0.84, 0.85}, Rgb{0.35, 0.62, 0.84}, Rgb{0.84, 0.37, 0.0},
+                                         Rgb{0.36, 0.12, 0.42}};
 constexpr std::array<const char*, kinds> names{"not in view", "agrees", "in front", "behind"};
 
 struct Panel {
@@ -37,7 +37,8 @@ Image paint(const Array<Point3>& places, const Array<PointVerdict>& labels, cons
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Point3& p = places[i];
     if (!is_finite(p)) continue;
-    const long x = std::lround((p.x - panel.box.min.x) * panel.scale), y = std::lround((panel.box.max.y - p.y) * panel.scale);
+    const long x = std::lround((p.x - panel.box.min.x) * panel.scale),
+               y = std::lround((panel.box.max.y - p.y) * panel.scale);
     const Rgb& c = colours[static_cast<std::size_t>(labels[i])];
     for (long row = std::max(0L, y - half); row <= std::min<long>(panel.rows - 1, y + half); ++row)
       for (long column = std::max(0L, x - half); column <= std::min<long>(panel.columns - 1, x + half); ++column) {
@@ -123,10 +124,11 @@ Image render_agreement(const Cloud& moving, const Matching& m, const Frame& fram
   canvas.picture(left, at, paint(places, m.agreement, panel));
   canvas.frame(left - 0.5 * s, at - 0.5 * s, panel.columns + s, panel.rows + s, 1.5 * s, rule);
   draw_key(canvas, m.agreement, margin, top + panel.rows + 44 * s, s);
-  canvas.text(margin, top + panel.rows + 84 * s,
-              "the moving scan in place; in front: where the fixed scan saw through; behind: where it cannot have seen; "
-              "agrees: within three standard deviations of the noise of both",
-              soft);
+  canvas.text(
+      margin, top + panel.rows + 84 * s,
+      "the moving scan in place; in front: where the fixed scan saw through; behind: where it cannot have seen; "
+      "agrees: within three standard deviations of the noise of both",
+      soft);
   return canvas.image();
 }
 

@@ -5,10 +5,10 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "isopach/report/matched.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/report/uncertainty.hpp"
 #include "isopach/report/values.hpp"
-#include "isopach/report/matched.hpp"
 #include "isopach/report/verdict_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"

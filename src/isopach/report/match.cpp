@@ -179,10 +179,10 @@ std::string match_text(const Matching& m) {
   const double degrees = 180 / std::numbers::pi;
   if (precision_is_told(m))
     line(out, "precision",
-       fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
-                   number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
-                   number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
-                   number(shifts[2], plain, 2), unit));
+         fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
+                     number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
+                     number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
+                     number(shifts[2], plain, 2), unit));
   line(out, "fitted",
        fmt::format("{} % of the common area, {} points{}; the rest differs more than noise",
                    fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain), fitted_rms(m, unit)));

@@ -73,13 +73,15 @@ class MatchPage : HtmlPage {
 
   void pictures(const MatchPictures& files) {
     if (!files.agreement.empty())
-      picture(files.agreement, "Map of what agrees, lies in front or lies behind",
-              "The moving scan in place: what agrees with the fixed scan, lies in front of it or behind it, and what is "
-              "not in its view.");
+      picture(
+          files.agreement, "Map of what agrees, lies in front or lies behind",
+          "The moving scan in place: what agrees with the fixed scan, lies in front of it or behind it, and what is "
+          "not in its view.");
     if (!files.before.empty())
-      picture(files.before, "Map of the difference before the matching",
-              "Before: B is the moving scan where it started, A the fixed one. Both maps show the same place in the same "
-              "colours.");
+      picture(
+          files.before, "Map of the difference before the matching",
+          "Before: B is the moving scan where it started, A the fixed one. Both maps show the same place in the same "
+          "colours.");
     if (!files.after.empty())
       picture(files.after, "Map of the difference after the matching",
               "After: what is left is noise, real change, and what the sampling misses.");
@@ -155,8 +157,9 @@ class MatchPage : HtmlPage {
 
   void precision() {
     if (!precision_is_told(m_)) {
-      out_ += "<h2>How well it is held</h2>\n<p class=\"soft\">Not told: a precision speaks of errors near the right pose, "
-              "and nothing shows that this one is.</p>\n";
+      out_ +=
+          "<h2>How well it is held</h2>\n<p class=\"soft\">Not told: a precision speaks of errors near the right pose, "
+          "and nothing shows that this one is.</p>\n";
       return;
     }
     open_table("How well it is held",

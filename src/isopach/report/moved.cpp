@@ -57,17 +57,17 @@ std::string moved_briefly(const Matching& m, const std::string& subject, Typogra
 std::string moved_sentence(const Matching& m, const std::string& subject, Typography t) {
   const std::string unit = unit_text(m.unit);
   const Moved by = moved_by(m);
-  std::string text = fmt::format("{} was moved by {} {} ({}, {}, {})", subject, number(length(by.shift), t), unit,
-                                 signed_number(by.shift.x, t), signed_number(by.shift.y, t),
-                                 signed_number(by.shift.z, t));
-  text += by.degrees > 0 ? fmt::format(" and turned by {} degrees about ({}, {}, {})", number(by.degrees, t),
-                                       fixed_number(by.axis.x, 2, t), fixed_number(by.axis.y, 2, t),
-                                       fixed_number(by.axis.z, 2, t))
-                         : ", not turned";
+  std::string text =
+      fmt::format("{} was moved by {} {} ({}, {}, {})", subject, number(length(by.shift), t), unit,
+                  signed_number(by.shift.x, t), signed_number(by.shift.y, t), signed_number(by.shift.z, t));
+  text += by.degrees > 0
+              ? fmt::format(" and turned by {} degrees about ({}, {}, {})", number(by.degrees, t),
+                            fixed_number(by.axis.x, 2, t), fixed_number(by.axis.y, 2, t), fixed_number(by.axis.z, 2, t))
+              : ", not turned";
   text += fmt::format(", fitted on {} % of the common area", fixed_number(100 * m.overlap, 0, t));
   if (precision_is_told(m))
-    text += fmt::format("; one standard deviation {} {} along and {} degrees about x, y, z", three(deviations(m, 3), 1, t),
-                        unit, three(deviations(m, 0), 180 / std::numbers::pi, t));
+    text += fmt::format("; one standard deviation {} {} along and {} degrees about x, y, z",
+                        three(deviations(m, 3), 1, t), unit, three(deviations(m, 0), 180 / std::numbers::pi, t));
   return text;
 }
 

@@ -21,8 +21,8 @@ struct Moved {
 /// "B was moved by 1.2 mm and turned by 2.1°".
 [[nodiscard]] std::string moved_briefly(const Matching& m, const std::string& subject, Typography typography);
 
-/// "B was moved by 1.2 mm (+0.5, -1, +0.3) and turned by 2.1 degrees about (0, 0, 1), fitted on 92 % of the common area;
-/// one standard deviation 0.01, 0.01, 0.004 mm and ... degrees". One line, without a full stop. `subject`: "B".
+/// "B was moved by 1.2 mm (+0.5, -1, +0.3) and turned by 2.1 degrees about (0, 0, 1), fitted on 92 % of the common
+/// area; one standard deviation 0.01, 0.01, 0.004 mm and ... degrees". One line, without a full stop. `subject`: "B".
 [[nodiscard]] std::string moved_sentence(const Matching& m, const std::string& subject, Typography typography);
 
 }  // namespace isopach

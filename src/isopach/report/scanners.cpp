@@ -143,22 +143,23 @@ class Page : public HtmlPage {
 std::string scanners_json(const Scanners& s, const std::vector<std::string>& outputs) {
   Json parameters = {{"align", s.options.align}, {"reference_sigma", real(s.options.reference_sigma)}};
   add_alignment(parameters, s.options.match, s.options.align, s.unit);
-  const Json report = {{"schema", "isopach.scanners/1"},
-                       {"tool", {{"name", tool_name}, {"version", version}}},
-                       {"inputs", Json::array({input_json(s.scan[0].input, "A"), input_json(s.scan[1].input, "B"),
-                                               input_json(s.reference, "reference")})},
-                       {"parameters", parameters},
-                       {"scanners", Json::array({scanner_json(s.scan[0], "A", s.unit), scanner_json(s.scan[1], "B", s.unit)})},
-                       {"between",
-                        {{"rho", real(s.rho)},
-                         {"rho_dv", real(s.rho_dv)},
-                         {"bias", real(s.bias)},
-                         {"coarser", s.coarser},
-                         {"coverage", real(s.comparison.coverage)}}},
-                       {"detail", detail_json(s)},
-                       {"outputs", outputs},
-                       {"warnings", s.warnings},
-                       {"timing_s", timing(s.timing)}};
+  const Json report = {
+      {"schema", "isopach.scanners/1"},
+      {"tool", {{"name", tool_name}, {"version", version}}},
+      {"inputs", Json::array({input_json(s.scan[0].input, "A"), input_json(s.scan[1].input, "B"),
+                              input_json(s.reference, "reference")})},
+      {"parameters", parameters},
+      {"scanners", Json::array({scanner_json(s.scan[0], "A", s.unit), scanner_json(s.scan[1], "B", s.unit)})},
+      {"between",
+       {{"rho", real(s.rho)},
+        {"rho_dv", real(s.rho_dv)},
+        {"bias", real(s.bias)},
+        {"coarser", s.coarser},
+        {"coverage", real(s.comparison.coverage)}}},
+      {"detail", detail_json(s)},
+      {"outputs", outputs},
+      {"warnings", s.warnings},
+      {"timing_s", timing(s.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -39,12 +39,10 @@ namespace isopach::values {
   if (matching == nullptr) return nullptr;
   const Matching& m = *matching;
   const Moved by = moved_by(m);
-  return {{"shift", point(by.shift)},
-          {"angle_deg", real(by.degrees)},
-          {"axis", point(by.axis)},
-          {"middle", point(m.centre)},
-          {"overlap", real(m.overlap)},
-          {"covariance", precision_is_told(m) ? covariance(m.covariance) : Json(nullptr)}};
+  return {
+      {"shift", point(by.shift)},   {"angle_deg", real(by.degrees)},
+      {"axis", point(by.axis)},     {"middle", point(m.centre)},
+      {"overlap", real(m.overlap)}, {"covariance", precision_is_told(m) ? covariance(m.covariance) : Json(nullptr)}};
 }
 
 }  // namespace isopach::values
