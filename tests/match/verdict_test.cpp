@@ -199,8 +199,8 @@ TEST(JudgedScan, NormalsNoiseAndDetailAsByAllPairs) {
   const JudgedScan s = scan_of(hills(1500, 3, 0.004));
   const TwinScan twin(s);
   for (std::size_t i = 0; i < s.points.size(); ++i) {
-    EXPECT_NEAR(vec(s.normals[i]).dot(twin.normals[i]), 1, 1e-9);
-    EXPECT_LT((vec(s.mean_normals[i]) - twin.mean_normals[i]).norm(), 1e-8);
+    EXPECT_NEAR(vec(s.normals[i]).dot(twin.normals[i]), 1, 1e-7);
+    EXPECT_LT((vec(s.mean_normals[i]) - twin.mean_normals[i]).norm(), 1e-6);
   }
   EXPECT_NEAR(s.noise, twin.noise, 0.25 * twin.noise);  // of other points
   EXPECT_NEAR(s.within_noise, twin.within, 0.05);
@@ -250,6 +250,7 @@ TEST(Verdict, TrustsTheTruthAndDoubtsWhatIsOff) {
           turn_and_shift({1, 0, 0}, 180, middle, {0, 0, 0}), turn_and_shift({0, 0, 1}, 180, middle, {0, 0, 0}),
           turn_and_shift({0, 0, 1}, 0, middle, {0, 0, 0.05 * extent})})
       EXPECT_NE(judge(moving, fixed, off).grade, Grade::trusted) << name;
+    if (name == "face") continue;  // its mirror image is itself
     Cloud mirrored = s.b;
     for (Point3& p : mirrored.points) p.x = 2 * middle.x - p.x;
     EXPECT_NE(judge(scan_of(mirrored), fixed, Pose{}).grade, Grade::trusted) << name;

@@ -95,10 +95,11 @@ struct OneWay {
   std::size_t asked = 0, in_view = 0;
   std::array<Count, 2> sign;  ///< normals as they are; turned
 
+  [[nodiscard]] bool is_seen(std::size_t k) const { return sign[k].facing >= fewest; }
   [[nodiscard]] double agree(std::size_t k) const {
-    return sign[k].facing < fewest ? 0 : static_cast<double>(sign[k].agree) / static_cast<double>(sign[k].facing);
+    return !is_seen(k) ? 0 : static_cast<double>(sign[k].agree) / static_cast<double>(sign[k].facing);
   }
-  [[nodiscard]] double shape(std::size_t k) const { return sign[k].facing < fewest ? 0 : sign[k].shape.correlation(); }
+  [[nodiscard]] double shape(std::size_t k) const { return is_seen(k) ? sign[k].shape.correlation() : 0; }
 };
 
 /// The queries of `asked`, brought into the coordinates of `seer` by `place` (points) and `turn` (directions).
@@ -245,7 +246,9 @@ PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, cons
     const double agree = f > 0 ? std::min(ways[0].agree(k), ways[1].agree(k)) / f : 0;
     const double correlation = std::min(ways[0].shape(k), ways[1].shape(k));
     const double shape = q > 0 ? correlation / q : correlation;
-    if (k == 0 || std::min(agree, shape) > e.least()) e.agree = agree, e.shape = shape, side = k;
+    const bool is_seen = ways[0].is_seen(k) && ways[1].is_seen(k), first_is = ways[0].is_seen(0) && ways[1].is_seen(0);
+    if (k == 0 || (is_seen && (!first_is || std::min(agree, shape) > e.least())))
+      e.agree = agree, e.shape = shape, side = k;
   }
   e.side_known = side == 0;
   e.in_view = {share(ways[0].in_view, ways[0].asked), share(ways[1].in_view, ways[1].asked)};
