@@ -132,6 +132,7 @@ struct TwinScan {
 
 struct TwinWay {
   double agree = 0, shape = 0, in_view = 0;
+  bool seen = false;
 };
 
 /// Queries of `a` seen by `b`, whose points are brought by `to_b`; `sign` of the normals of the moving scan.
@@ -167,6 +168,7 @@ TwinWay twin_way(const JudgedScan& a, const JudgedScan& b, double noise, double 
   }
   way.in_view = static_cast<double>(in_view) / static_cast<double>(a.queries.size());
   if (facing < 30) return way;
+  way.seen = true;
   way.agree = static_cast<double>(agree) / static_cast<double>(facing);
   way.shape = twin_correlation(at, first, second);
   return way;
@@ -185,11 +187,14 @@ PoseEvidence twin_evidence(const JudgedScan& a, const JudgedScan& b, const Pose&
   const auto turn_back = [&](const Point3& v) { return point3(r.transpose() * vec(v)); };
   const double noise = std::hypot(a.noise, b.noise);
   PoseEvidence e;
+  bool first_seen = false;
   for (const double sign : {1.0, -1.0}) {
     const TwinWay one = twin_way(a, b, noise, sign, there, turn), two = twin_way(b, a, noise, sign, back, turn_back);
     const double agree = std::min(one.agree, two.agree) / std::min(a.within_noise, b.within_noise);
     const double shape = std::min(one.shape, two.shape) / std::min(a.detail, b.detail);
-    if (sign > 0 || std::min(agree, shape) > e.least()) e.agree = agree, e.shape = shape;
+    const bool is_seen = one.seen && two.seen;
+    if (sign > 0) first_seen = is_seen;
+    if (sign > 0 || (is_seen && (!first_seen || std::min(agree, shape) > e.least()))) e.agree = agree, e.shape = shape;
     e.in_view = {one.in_view, two.in_view};
   }
   return e;
