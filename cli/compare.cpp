@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/deliver.hpp"
 #include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
@@ -23,8 +24,8 @@ constexpr const char* description =
     "Positive: B lies above A. Lengths are in the unit of the files; areas and volumes in its square and cube.\n";
 
 constexpr const char* footer =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 6 --fail-above exceeded, 130 "
-    "interrupted.\n"
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 the pose of --match is "
+    "not\ntrusted, 6 --fail-above exceeded, 130 interrupted.\n"
     "\n"
     "Examples:\n"
     "  isopach compare before.laz after.laz                       the summary, on stdout\n"
@@ -203,8 +204,9 @@ void check_before_work(const Request& request) {
 
 /// Puts the pose of b on a into the options, and how well it is known where the uncertainty wants that; what the
 /// matching has to say goes into `remarks`.
-void match_first(const Cloud& a, const Cloud& b, const Request& request, CompareOptions& options,
-                 std::vector<std::string>& remarks, const Run& run) {
+std::shared_ptr<const Matching> match_first(const Cloud& a, const Cloud& b, const Request& request,
+                                            CompareOptions& options, std::vector<std::string>& remarks,
+                                            const Run& run) {
   MatchOptions wanted = request.matching;
   wanted.compare = options;
   wanted.compare.pose = {};
@@ -219,12 +221,15 @@ void match_first(const Cloud& a, const Cloud& b, const Request& request, Compare
   }
   wanted.start = options.pose;
   wanted.judge = false;  // the comparison that follows does
-  const Matching m = match(b, a, wanted, run.context());
+  auto found = std::make_shared<Matching>(match(b, a, wanted, run.context()));
+  const Matching& m = *found;
+  require_trust(m, "--match");
   if (!m.converged)
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
   remarks = m.weak_directions;
   options.pose = m.pose;
   take_covariance({m.covariance, m.centre}, request, options.uncertainty);
+  return found;
 }
 
 }  // namespace
@@ -274,10 +279,11 @@ int run_compare(const Arguments& arguments) {
   const Cloud b = read_cloud(request.path_b, wanted, run.context());
   const double read_s = watch.lap();
   std::vector<std::string> remarks;
-  if (request.match) match_first(a, b, request, request.options, remarks, run);
+  std::shared_ptr<const Matching> matching;
+  if (request.match) matching = match_first(a, b, request, request.options, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
-  deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);
+  deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run, matching.get());
 
   const std::string over = exceeded(comparison, tolerances);
   if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);

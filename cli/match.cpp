@@ -13,6 +13,8 @@
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
+#include "isopach/report/agreement.hpp"
+#include "isopach/report/map.hpp"
 #include "isopach/report/match.hpp"
 #include "isopach/report/report.hpp"
 
@@ -26,7 +28,8 @@ constexpr const char* description =
     "it.\n";
 
 constexpr const char* footer =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged or not trusted, 130\n"
+    "interrupted.\n"
     "\n"
     "Examples:\n"
     "  isopach match after.laz before.laz                          the pose and how good it is, on stdout\n"
@@ -47,37 +50,51 @@ void add_output_options(Command& command, Request& request) {
   command.heading("Output");
   command
       .option("-o,--output", "DIR", request.output,
-              "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attribute "
-              "stable), before.png and after.png; made if it is not there")
+              "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attributes "
+              "stable and agreement), agreement.png, before.png and after.png; made if it is not there")
       ->check(not_empty());
   command
       .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
   command.option("--pose-out", "FILE", request.pose_out, "The pose alone: four lines of four numbers")
       ->check(not_empty());
-  command.flag("--no-map", request.no_map, "No before.png and after.png, and no pictures in the report");
+  command.flag("--no-map", request.no_map, "No agreement.png, before.png and after.png, and no pictures in the report");
   command.flag("--pose-only", request.pose_only,
                "Do not compare before and after (rho, rms, coverage, maps): saves about half of the time");
 }
 
-/// The map of a comparison; the name of the file, or nothing where there is none.
-std::string write_match_map(const std::optional<Comparison>& c, const char* name, OutputFolder& folder,
-                            const Run& run) {
-  if (!c) return {};
-  const std::string path = folder.path(name);
-  write_map(path, *c, MapOptions{}, run.context());
-  return path;
+/// Maps of what agrees and, where both comparisons were made, of before and after: the same place, the same colours.
+MatchPictures write_pictures(const Matching& m, const Cloud& moving, const Request& request, OutputFolder& folder,
+                             const Run& run) {
+  MatchPictures files;
+  if (request.no_map) return files;
+  if (!m.agreement.empty()) {
+    ProjectOptions project = request.options.compare.project;
+    project.crop.reset();
+    const Frame frame =
+        m.comparison_after ? m.comparison_after->frame : choose_frame(moving, moving, Pose{}, project, run.context());
+    write_agreement(files.agreement = folder.path("agreement.png"), moving, m, frame, MapOptions{}.width,
+                    run.context());
+  }
+  const auto scales = paired_scales(m.comparison_before, m.comparison_after);
+  const auto draw = [&](const Comparison& c, const char* name, const MapScale& scale) {
+    const std::string path = folder.path(name);
+    write_png(path, render_map(c, MapOptions{}, run.context(), scale));
+    return path;
+  };
+  if (m.comparison_before) files.before = draw(*m.comparison_before, "before.png", scales[0]);
+  if (m.comparison_after) files.after = draw(*m.comparison_after, "after.png", scales[1]);
+  return files;
 }
 
 void deliver_match(Matching& m, const Cloud& moving, const Request& request, OutputFolder* folder, double read_s,
                    Run& run) {
   Stopwatch watch;
-  std::string before, after;
+  MatchPictures pictures;
   if (folder != nullptr) {
     folder->write_text("pose.txt", pose_text(m.pose));
     write_moved(folder->path("moved.ply"), moving, m, run.context());
-    before = write_match_map(m.comparison_before, "before.png", *folder, run);
-    after = write_match_map(m.comparison_after, "after.png", *folder, run);
+    pictures = write_pictures(m, moving, request, *folder, run);
   }
   const double write_s = watch.lap();
   m.timing.stages.insert(m.timing.stages.begin(), {"read", read_s});
@@ -88,7 +105,7 @@ void deliver_match(Matching& m, const Cloud& moving, const Request& request, Out
     const std::string report = folder->path("report.html"), result = folder->path("result.json");
     json = match_json(m, folder->names());
     write_text_file(result, json);
-    write_match_html(report, m, before, after, json, run.context());
+    write_match_html(report, m, pictures, json, run.context());
     run.context().check();
     folder->commit();
   } else if (!request.json.empty()) {
@@ -199,6 +216,13 @@ void add_match_options(Command& command, MatchOptions& options) {
               "The search has converged when a step moves the scan by less than this share of its extent (default "
               "1e-8, or where a step is nothing beside what noise does to the pose)")
       ->check(positive());
+  add_accept_doubt(command, options.accept_doubt);
+}
+
+void add_accept_doubt(Command& command, bool& accept_doubt) {
+  command.flag("--accept-doubt", accept_doubt,
+               "Take the pose although the verdict on it is not 'trusted': for those who know that the surface changed "
+               "over most of its area, or which of several places is right");
 }
 
 void refuse_match_options(const MatchOptions& options, const std::string& without) {
@@ -215,6 +239,7 @@ void refuse_match_options(const MatchOptions& options, const std::string& withou
          "--freedom");
   refuse(options.max_iterations != plain.max_iterations, "--max-iterations");
   refuse(options.tolerance != plain.tolerance, "--tolerance");
+  refuse(options.accept_doubt, "--accept-doubt");
 }
 
 int run_match(const Arguments& arguments) {
@@ -251,6 +276,7 @@ int run_match(const Arguments& arguments) {
     throw UsageError("--start and --coarse: a start is given or looked for, not both");
   request.options.judge = !request.pose_only;
   request.options.keep_comparisons = !request.output.empty() && !request.no_map;
+  request.options.label_points = !request.output.empty();
   if (!request.start.empty()) request.options.start = read_pose(request.start, "--start");
 
   Run run(request.run);
@@ -269,6 +295,7 @@ int run_match(const Arguments& arguments) {
     throw Error(
         ExitCode::not_converged,
         m.reason + ": the pose is the best one found; allow more steps, give a better --start, or fewer --freedom");
+  require_trust(m, "match");
   return 0;
 }
 

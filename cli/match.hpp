@@ -8,7 +8,10 @@ namespace isopach::cli {
 /// auto (0) or a share above 0 and up to 1.
 [[nodiscard]] double parse_overlap(const std::string& text);
 
-/// --overlap, --freedom, --max-iterations, --tolerance under the heading "Matching".
+/// --accept-doubt alone.
+void add_accept_doubt(Command& command, bool& accept_doubt);
+
+/// --overlap, --freedom, --max-iterations, --tolerance, --accept-doubt under the heading "Matching".
 void add_match_options(Command& command, MatchOptions& options);
 
 /// UsageError naming the first of them that was given, where there is no matching: `without` is the option that asks

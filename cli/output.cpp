@@ -6,7 +6,11 @@
 #include <cmath>
 #include <fstream>
 
+#include "cli/deliver.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/report/map.hpp"
+#include "isopach/report/matched.hpp"
+#include "isopach/report/moved.hpp"
 #include "isopach/report/text.hpp"
 
 namespace isopach::cli {
@@ -126,6 +130,11 @@ void write_all_cells(const Comparison& c, OutputFolder& folder, const Context& c
 
 void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
              const Delivery& delivery, OutputFolder* folder, double read_s, Run& run) {
+  deliver(comparison, a, b, truth, delivery, folder, read_s, run, nullptr);
+}
+
+void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
+             const Delivery& delivery, OutputFolder* folder, double read_s, Run& run, const Matching* matched) {
   const Context& context = run.context();
   Stopwatch watch;
   if (folder != nullptr) {
@@ -137,8 +146,10 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
   }
   if (folder != nullptr && !comparison.budget.empty()) folder->write_text("budget.csv", budget_csv(comparison));
   std::string map;
-  if (folder != nullptr && !delivery.no_map)
-    write_map(map = folder->path("difference.png"), comparison, delivery.map, context);
+  MapOptions look = delivery.map;
+  if (matched != nullptr)
+    look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
+  if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
 
   const double write_s = watch.lap();
   auto& timing = comparison.timing;
@@ -151,19 +162,19 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
     // Both files hold the list of all files, themselves among them.
     const std::string report = folder->path("report.html"), result = folder->path("result.json"),
                       histogram = folder->path("histogram.csv");
-    json = comparison_json(comparison, folder->names());
+    json = comparison_json(comparison, folder->names(), matched);
     write_text_file(result, json);
     write_text_file(histogram, histogram_csv(comparison));
-    write_html(report, comparison, map, json, truth, context, delivery.map);
+    write_html(report, comparison, map, json, truth, context, delivery.map, matched);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {
-    json = comparison_json(comparison, {});
+    json = comparison_json(comparison, {}, matched);
   }
   if (!delivery.json.empty()) write_json(delivery.json, json, run);
 
   if (delivery.json != "-") {
-    run.show(comparison_text(comparison, truth));  // warnings included
+    run.show(comparison_text(comparison, truth, matched));  // warnings included
   } else {
     for (const std::string& warning : comparison.warnings) run.say("warning: " + warning);
   }

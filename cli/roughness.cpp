@@ -6,6 +6,7 @@
 #include <memory>
 
 #include "cli/command.hpp"
+#include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
@@ -118,6 +119,7 @@ void check_use(const Request& request) {
   const RoughnessOptions& o = request.options;
   if (request.degree && o.form != FormKind::polynomial)
     throw UsageError("--degree: is an option of --form polynomial: add that");
+  if (o.accept_doubt && !o.match) throw UsageError("--accept-doubt: it says how to match: give it with --match");
   if (request.output.empty() && request.format != "ply")
     throw UsageError("--format: there are no points to write: name a folder with -o");
 }
@@ -185,6 +187,7 @@ int run_roughness(const Arguments& arguments) {
       "Height of points of one scan with the same place; error: refuse such a scan",
       {"--pose", "the row-major matrix that takes AFTER to SCAN, applied to AFTER first (default: as is)"});
   command.flag("--match", o.match, "Move AFTER and the reference on SCAN first, as isopach match does");
+  add_accept_doubt(command, o.accept_doubt);
   command.flag("--allow-crs", o.compare.allow_crs,
                "Measure although the CRS is in degrees, is Web Mercator, differs, or heights have another unit");
   command.flag("--no-layer-check", request.no_layer_check,

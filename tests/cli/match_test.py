@@ -35,7 +35,8 @@ class Output(MatchCli):
     def test_folder_and_round_trip(self):
         self.run_cli("match", "moving.xyz", "fixed.xyz", "-o", "out", "--json", "copy.json", "--pose-out", "p.txt")
         files = {p.name for p in self.path("out").iterdir()}
-        self.assertEqual(files, {"result.json", "report.html", "pose.txt", "moved.ply", "before.png", "after.png"})
+        self.assertEqual(files, {"result.json", "report.html", "pose.txt", "moved.ply", "agreement.png", "before.png",
+                                 "after.png"})
         result = json.loads(self.path("out/result.json").read_text())
         self.assertEqual(set(result["outputs"]), files)
         self.assertEqual(self.path("copy.json").read_text(), self.path("out/result.json").read_text())

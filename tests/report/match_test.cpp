@@ -109,7 +109,7 @@ TEST(MatchReport, PageHoldsTheNumbers) {
     m.weak_directions = {"shift along x is weakly held"};
     const std::string path = (std::filesystem::temp_directory_path() / "isopach_match_report.html").string();
     const std::string json = match_json(m, {"report.html"});
-    write_match_html(path, m, "", "", json, {});
+    write_match_html(path, m, {}, json, {});
     std::ifstream in(path);
     const std::string page{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
     std::filesystem::remove(path);

@@ -65,6 +65,7 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
   a.pose = m.start;
   if (options.align != Align::none) {
     a.matching = match(reconstruction, reference, m, context);
+    require_trust(*a.matching, "--align");
     a.pose = a.matching->pose;
     a.scale = a.matching->scale;
   }

@@ -41,7 +41,8 @@ struct Accuracy {
 };
 
 /// match, compare, distance. An alignment takes up what it is free to: a constant offset along the direction is no bias
-/// after it. Errors: as of these three. An alignment that does not converge is a result (matching->converged false).
+/// after it. Errors: as of these three. An alignment that does not converge is a result (matching->converged
+/// false); one that is neither trusted nor accepted is an Error (see require_trust).
 /// Test: tests/apps/accuracy_test.cpp.
 [[nodiscard]] Accuracy accuracy(const Cloud& reconstruction, const Cloud& reference, const AccuracyOptions& options,
                                 const Context& context);

@@ -172,6 +172,7 @@ CompareOptions upright_options(const CompareOptions& given) {
 
 MatchOptions match_options(const AsymmetryOptions& o, bool plane_only) {
   MatchOptions m;
+  m.check_pose = false;  // of a face on its mirror image: other places of the face are no answer
   m.compare = upright_options(o.compare);
   m.compare.check_layers = false;
   m.overlap = o.overlap;

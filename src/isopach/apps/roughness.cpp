@@ -64,14 +64,19 @@ void check_units(const Cloud& scan, const Cloud* after, const Cloud* reference, 
   if (reference != nullptr) stages::check_units(scan, *reference, options, units);
 }
 
-Pose matched(const Cloud& moving, const Cloud& scan, const Pose& start, const char* what, Roughness& r,
-             const Context& context) {
+Pose matched(const Cloud& moving, const Cloud& scan, const Pose& start, const char* what,
+             std::optional<Verdict>& verdict, Roughness& r, const Context& context) {
   MatchOptions wanted;
   wanted.compare = r.options.compare;
   wanted.compare.pose = {};
   wanted.start = start;
   wanted.compare.check_layers = false;
+  wanted.accept_doubt = r.options.accept_doubt;
   const Matching m = match(moving, scan, wanted, context);
+  require_trust(m, fmt::format("--match: {}", what));
+  if (m.verdict && !m.verdict->trusted())
+    r.warnings.push_back(fmt::format("match of {}: the pose is {}", what, sentence(*m.verdict, m.unit)));
+  verdict = m.verdict;
   if (!m.converged)
     throw Error(ExitCode::not_converged,
                 fmt::format("--match: {}: {}: look at it with isopach match, and give it in place", what, m.reason));
@@ -90,8 +95,9 @@ Roughness run(const Cloud& scan, const Cloud* after, const Cloud* reference, con
   if (options.match) {
     clock.start("match");
     Pose& pose = r.options.compare.pose;
-    if (after != nullptr) pose = matched(*after, scan, pose, "the second scan", r, context);
-    if (reference != nullptr) r.reference_pose = matched(*reference, scan, Pose{}, "the reference", r, context);
+    if (after != nullptr) pose = matched(*after, scan, pose, "the second scan", r.verdict, r, context);
+    if (reference != nullptr)
+      r.reference_pose = matched(*reference, scan, Pose{}, "the reference", r.reference_verdict, r, context);
   }
 
   clock.start("frame");

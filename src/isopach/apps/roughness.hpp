@@ -11,6 +11,7 @@
 
 #include "isopach/cloud/cloud.hpp"
 #include "isopach/compare/comparison.hpp"
+#include "isopach/match/verdict.hpp"
 #include "isopach/measure/areal.hpp"
 #include "isopach/measure/wrinkles.hpp"
 
@@ -31,7 +32,8 @@ struct RoughnessOptions {
   double margin = -1;                        ///< not evaluated: nearer to the rim than this; below 0: half of l_filter
   Interpolation interpolation = Interpolation::cubic;  ///< between the points, for the parameters
   WrinkleOptions wrinkles;
-  bool match = false;  ///< move the second scan and the reference onto the first before anything else
+  bool match = false;         ///< move the second scan and the reference onto the first before anything else
+  bool accept_doubt = false;  ///< take a matching whose pose is not trusted
 };
 
 /// One scan's answer.
@@ -62,6 +64,7 @@ struct Roughness {
   std::vector<LineDepth> wrinkles_after;  ///< the first scan's wrinkles, in the second
   std::optional<InputSummary> reference;
   Pose reference_pose;
+  std::optional<Verdict> verdict, reference_verdict;  ///< on the poses of the two, if options.match
   std::vector<std::string> warnings;
   Timing timing;
 };

@@ -12,6 +12,7 @@
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/field/filter.hpp"
 #include "isopach/match/match.hpp"
 
 namespace isopach {
@@ -43,6 +44,8 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
   s.pose = o.match.start;
   if (o.align) {
     const Matching m = match(scan, reference, o.match, context);
+    require_trust(m, "--align: " + cloud_name(scan));
+    s.verdict = m.verdict;
     s.pose = m.pose;
     s.converged = m.converged;
     add_new(all.warnings, m.warnings);

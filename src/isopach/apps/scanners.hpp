@@ -33,9 +33,10 @@ struct Scanner {
   InputSummary input;
   Pose pose;  ///< T_reference_scan
   bool converged = true;
-  PointResiduals residuals;    ///< of its points about the reference
-  Spot spot;                   ///< over which it averages; its noise, without that of the reference
-  double rho = 0, rho_dv = 0;  ///< against the reference; rho_dv NaN where there is none
+  std::optional<Verdict> verdict;  ///< on the pose; unless it was given
+  PointResiduals residuals;        ///< of its points about the reference
+  Spot spot;                       ///< over which it averages; its noise, without that of the reference
+  double rho = 0, rho_dv = 0;      ///< against the reference; rho_dv NaN where there is none
   double coverage = 0, spacing = 0;
   double resolved = 0;  ///< the shortest DetailScale::length that is seen; 0: none
 };

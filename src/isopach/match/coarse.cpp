@@ -12,6 +12,7 @@
 #include "isopach/match/consensus.hpp"
 #include "isopach/match/icp_search.hpp"
 #include "isopach/match/landmarks.hpp"
+#include "isopach/match/verdict.hpp"
 
 namespace isopach {
 namespace {
@@ -145,9 +146,23 @@ std::vector<Motion> candidates(const Array<Point3>& moving, const Array<Point3>&
   return result;
 }
 
+double extent_of(const Array<Point3>& points) {
+  Box3 box;
+  for (const Point3& p : points) box.add(p);
+  return length(box.max - box.min);
+}
+
+bool is_another(const Pose& pose, const std::vector<Pose>& others, const Point3& middle, double extent) {
+  return std::all_of(others.begin(), others.end(), [&](const Pose& other) {
+    const Rival r = apart(other, pose, middle);
+    return r.degrees > other_turn || r.shift > other_shift * extent;
+  });
+}
+
 }  // namespace
 
-Pose coarse_start(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
+std::vector<Pose> coarse_poses(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, std::size_t most,
+                               const Context& context) {
   const ProjectOptions& project = options.compare.project;
   ProjectOptions uncropped = project;  // what of MOVING lies in the crop is known at the pose alone
   uncropped.crop.reset();
@@ -175,16 +190,24 @@ Pose coarse_start(const Cloud& moving, const Cloud& fixed, const MatchOptions& o
   }
   // The best trial tells how well these scans can fit; the one with the most that fits so well is right.
   const double width = fit_widths * std::max(least, std::numeric_limits<double>::min());
-  const Trial* best = nullptr;
-  double most = 0;
-  for (const Trial& trial : found) {
-    const double score = trial.score(width);
-    if (score > most) most = score, best = &trial;
-  }
-  if (best == nullptr || most < least_share / 2)
+  std::vector<std::pair<double, const Trial*>> ranked;
+  for (const Trial& trial : found) ranked.emplace_back(trial.score(width), &trial);
+  std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
+  if (ranked.empty() || !(ranked.front().first >= least_share / 2))
     throw OverlapError(
         "--coarse: no place was found where the scans fit one another; are they of one surface? Give --start if so");
-  return pose_of(best->motion, frame, start);
+  const Point3 middle = mean_of(moving);
+  std::vector<Pose> poses;
+  for (const auto& [score, trial] : ranked) {
+    if (poses.size() >= most) break;
+    const Pose pose = pose_of(trial->motion, frame, start);
+    if (is_another(pose, poses, middle, extent_of(a.points))) poses.push_back(pose);
+  }
+  return poses;
+}
+
+Pose coarse_start(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
+  return coarse_poses(moving, fixed, options, 1, context).front();
 }
 
 }  // namespace isopach

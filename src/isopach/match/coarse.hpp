@@ -1,5 +1,7 @@
 // coarse_start: a first pose from any rotation about the projection direction and any shift with enough overlap.
 #pragma once
+#include <vector>
+
 #include "isopach/base/context.hpp"
 #include "isopach/cloud/cloud.hpp"
 #include "isopach/match/matching.hpp"
@@ -10,5 +12,11 @@ namespace isopach {
 /// OverlapError where no pose is supported by the data.
 [[nodiscard]] Pose coarse_start(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
                                 const Context& context);
+
+/// The best few of the poses that were tried, at most `most`, the best first, each farther than other_turn or
+/// other_shift (match/verdict.hpp) from those before it: where a surface repeats itself, the others are rivals of the
+/// first. Cost and errors as coarse_start().
+[[nodiscard]] std::vector<Pose> coarse_poses(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
+                                             std::size_t most, const Context& context);
 
 }  // namespace isopach

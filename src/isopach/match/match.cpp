@@ -1,7 +1,11 @@
 // THE PAGE of matching: one stage a line (METHOD section 4).
 #include "isopach/match/match.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
+#include <optional>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
@@ -12,6 +16,7 @@
 #include "isopach/match/coarse.hpp"
 #include "isopach/match/currents_search.hpp"
 #include "isopach/match/icp.hpp"
+#include "isopach/match/judge.hpp"
 #include "isopach/match/motion.hpp"
 #include "isopach/match/nominal.hpp"
 #include "isopach/match/search.hpp"
@@ -97,47 +102,216 @@ void match_points(const Cloud& moving, const Cloud& fixed, Matching& m, stages::
   clock.start("search");
   Matching found = icp(moving, fixed, m.options.start, m.options, context);
   clock.stop();
-  found.before = m.before, found.timing = m.timing, found.comparison_before = std::move(m.comparison_before);
+  found.before = m.before, found.comparison_before = std::move(m.comparison_before);
   found.moving = m.moving, found.fixed = m.fixed, found.unit = m.unit;
   found.warnings.insert(found.warnings.begin(), m.warnings.begin(), m.warnings.end());
   m = std::move(found);
 }
 
-Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
+/// One search from options.start.
+Matching search_once(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, stages::Clock& clock,
+                     const Context& context) {
   Matching m;
   m.options = options;
-  check_options(options);
-  stages::Clock clock(m.timing, context);
-
-  if (options.coarse) {
-    clock.start("coarse");
-    m.options.start = coarse_start(moving, fixed, options, context);
-  }
   ScanMeshes meshes = at_start(moving, fixed, m, clock, context);
   if (options.objective == Objective::measure || options.objective == Objective::currents)
     match_surfaces(moving, fixed, std::move(meshes), m, clock, context);
   else
     match_points(moving, fixed, m, clock, context);
-
-  if (options.judge) {
-    clock.start("after");
-    CompareOptions there = options.compare;
-    there.pose = m.pose;
-    Comparison after = compare(fixed, moving, there, context);
-    m.after = fit_of(after);
-    describe(after, m);
-    if (options.keep_comparisons) m.comparison_after = std::move(after);
-  }
-  clock.stop();
-  warn(m);
   return m;
 }
 
+constexpr std::size_t most_places = 4;  // of a coarse search: the best one and its rivals
+
+/// One matching: a search from the start, a verdict, and what follows from that.
+class Run {
+ public:
+  Run(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context)
+      : moving_(moving),
+        fixed_(fixed),
+        options_(options),
+        context_(context),
+        clock_(timing_, context),
+        judge_(moving, fixed, options, context) {}
+
+  Matching operator()() {
+    std::optional<OverlapError> lost;
+    std::optional<Matching> best = first_attempt(lost);
+    const bool doubted = !best || (best->verdict && best->verdict->grade == Grade::doubted);
+    if (options_.check_pose && doubted && all_rigid_motions(options_.freedom)) best = second_attempt(std::move(best));
+    if (!best) throw *lost;
+    Matching m = std::move(*best);
+    if (m.verdict && m.verdict->trusted() && places_.size() > 1) look_for_rivals(m);
+    finish(m);
+    return m;
+  }
+
+ private:
+  std::optional<Matching> first_attempt(std::optional<OverlapError>& lost) {
+    MatchOptions o = options_;
+    if (options_.coarse) o.start = places().front();
+    try {
+      Matching m = search_once(moving_, fixed_, o, clock_, context_);
+      pronounce(m, options_.coarse);
+      return m;
+    } catch (const OverlapError& error) {
+      lost = error;
+      return std::nullopt;
+    }
+  }
+
+  const std::vector<Pose>& places() {
+    if (!places_.empty()) return places_;
+    clock_.start("coarse");
+    places_ = coarse_poses(moving_, fixed_, options_, most_places, context_);
+    return places_;
+  }
+
+  void pronounce(Matching& m, bool coarse) {
+    if (!options_.check_pose) return;
+    clock_.start("verdict");
+    m.verdict = judge_(m.pose);
+    if (coarse) m.verdict->stage = Verdict::Stage::coarse;
+  }
+
+  /// From a start of the coarse search by icp-plane, and from there by what was asked for, which is kept unless the
+  /// verdict falls: the measure leads astray what is seen from different sides. Nothing where no place is found.
+  std::optional<Matching> from_coarse() {
+    MatchOptions o = options_;
+    o.judge = o.keep_comparisons = false;
+    o.objective = Objective::icp_plane;
+    o.compare.weight = {};
+    o.sigma = 0;
+    try {
+      o.start = places().front();
+      Matching plane = search_once(moving_, fixed_, o, clock_, context_);
+      pronounce(plane, true);
+      if (options_.objective == Objective::icp_plane) return plane;
+      std::optional<Matching> asked = asked_from(plane.pose);
+      constexpr double as_good = 0.05;  // of z: what random points make of two poses that are the same
+      const bool falls = !asked || asked->verdict->grade != plane.verdict->grade ||
+                         asked->verdict->evidence.least() < plane.verdict->evidence.least() - as_good;
+      if (!falls) return asked;
+      plane.warnings.push_back(
+          "the pose is that of icp-plane: the objective asked for leads from there to one that agrees less");
+      return plane;
+    } catch (const OverlapError&) {
+      return std::nullopt;
+    }
+  }
+
+  std::optional<Matching> asked_from(const Pose& start) {
+    MatchOptions o = options_;
+    o.judge = o.keep_comparisons = false;
+    o.start = start;
+    try {
+      Matching m = search_once(moving_, fixed_, o, clock_, context_);
+      pronounce(m, true);
+      return m;
+    } catch (const OverlapError&) {
+      return std::nullopt;
+    }
+  }
+
+  /// The better of the first attempt, if it found any, and one from a coarse search.
+  std::optional<Matching> second_attempt(std::optional<Matching> first) {
+    if (options_.coarse && options_.objective == Objective::icp_plane) return first;  // it was that already
+    std::optional<Matching> second = from_coarse();
+    if (!second) {
+      if (first) first->verdict->tried = "a coarse search found no place where they fit";
+      return first;
+    }
+    if (!first) {
+      second->verdict->tried = "they do not overlap at the start: a coarse search found the place";
+      return second;
+    }
+    const double one = first->verdict->evidence.least(), other = second->verdict->evidence.least();
+    if (!second->verdict->trusted() && !(other > one)) {
+      first->verdict->tried = fmt::format("the place that a coarse search found agrees by {:.2f}", other);
+      return first;
+    }
+    second->verdict->tried =
+        fmt::format("from the start it agreed by {:.2f} only: a coarse search found this place", one);
+    second->before = first->before;
+    second->comparison_before = std::move(first->comparison_before);
+    return second;
+  }
+
+  /// Another place of the coarse search that is as good, once icp-plane has led it home.
+  void look_for_rivals(Matching& m) {
+    constexpr double worth_a_search = 0.4;  // a place that few steps led to agrees less than where more would lead
+    clock_.start("verdict");
+    const double least = m.verdict->evidence.least();
+    MatchOptions o = options_;
+    o.objective = Objective::icp_plane;
+    o.compare.weight = {}, o.sigma = 0;
+    for (const Pose& place : places_) {
+      if (!judge_.is_another(m.pose, place)) continue;
+      if (judge_(place).evidence.least() < least - worth_a_search) continue;
+      try {
+        const Matching found = icp(moving_, fixed_, place, o, context_);
+        const Verdict v = judge_(found.pose);
+        if (!judge_.is_another(m.pose, found.pose) || v.evidence.least() < least - rival_margin) continue;
+        if (m.verdict->rival && m.verdict->rival->least >= v.evidence.least()) continue;
+        m.verdict->rival = judge_.apart_from(m.pose, found.pose);
+        m.verdict->rival->least = v.evidence.least();
+        m.verdict->grade = Grade::rival;
+      } catch (const OverlapError&) {
+        continue;
+      }
+    }
+  }
+
+  void finish(Matching& m) {
+    m.options.coarse = options_.coarse;
+    m.options.judge = options_.judge, m.options.keep_comparisons = options_.keep_comparisons;
+    if (options_.label_points && m.verdict) {
+      clock_.start("verdict");
+      m.agreement = judge_.labels(m.pose, *m.verdict);
+    }
+    if (options_.judge) compare_after(m);
+    clock_.stop();
+    warn(m);
+    if (m.verdict && !m.verdict->trusted()) m.warnings.push_back("the pose is " + sentence(*m.verdict, m.unit));
+    m.timing = std::move(timing_);
+  }
+
+  void compare_after(Matching& m) {
+    clock_.start("after");
+    CompareOptions there = options_.compare;
+    there.pose = m.pose;
+    Comparison after = compare(fixed_, moving_, there, context_);
+    m.after = fit_of(after);
+    std::vector<std::string> own;
+    own.swap(m.warnings);
+    describe(after, m);
+    for (const std::string& w : own)
+      if (std::find(m.warnings.begin(), m.warnings.end(), w) == m.warnings.end()) m.warnings.push_back(w);
+    if (options_.keep_comparisons) m.comparison_after = std::move(after);
+  }
+
+  const Cloud& moving_;
+  const Cloud& fixed_;
+  const MatchOptions& options_;
+  const Context& context_;
+  Timing timing_;
+  stages::Clock clock_;
+  Judge judge_;
+  std::vector<Pose> places_;  ///< of the coarse search, once it ran: the best one first
+};
+
 }  // namespace
+
+void require_trust(const Matching& m, const std::string& option) {
+  if (m.verdict) require_trust(*m.verdict, m.unit == "unknown" ? "units" : m.unit, option);
+}
 
 Matching match(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
   Matching result;
-  run_with_threads(context.threads, [&] { result = run(moving, fixed, options, context); });
+  run_with_threads(context.threads, [&] {
+    check_options(options);
+    result = Run(moving, fixed, options, context)();
+  });
   return result;
 }
 

@@ -8,8 +8,16 @@ namespace isopach {
 
 /// METHOD section 4. Errors: OverlapError when the scans share no area at the start (exit 4), UsageError for options
 /// that contradict one another, InputError for scans without usable points. A search that does not converge is a result
-/// (converged = false), not an error.
+/// (converged = false), not an error; so is a pose that is not trusted (verdict): ask require_trust().
+///
+/// Unless options.check_pose is off, the pose gets a verdict (match/verdict.hpp). Where it is doubted, or the scans do
+/// not overlap at the start, and all rigid motions are free, a coarse search looks for another place: by icp-plane from
+/// there, and by the objective from there unless the verdict falls; the better of the two poses stands. Where a coarse
+/// search ran, a trusted pose is set beside the other places it found (Grade::rival).
 [[nodiscard]] Matching match(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
                              const Context& context);
+
+/// require_trust() of the verdict of a matching, if it has one. `option`: how the message begins, e.g. "--match".
+void require_trust(const Matching& m, const std::string& option);
 
 }  // namespace isopach

@@ -8,6 +8,7 @@
 
 #include "isopach/compare/comparison.hpp"
 #include "isopach/match/options.hpp"
+#include "isopach/match/verdict.hpp"
 
 namespace isopach {
 
@@ -42,6 +43,8 @@ struct Matching {
   Point3 centre{0, 0, 0};                    ///< of the rotations that the covariance speaks of, fixed coordinates
   std::vector<std::string> weak_directions;  ///< motions that the scans hardly determine, in words
   Array<unsigned char> stable;               ///< per point of MOVING: 1 if it was fitted (stable), 0 if not
+  std::optional<Verdict> verdict;            ///< unless options.check_pose is off
+  Array<PointVerdict> agreement;             ///< per point of MOVING, if options.label_points
   std::vector<std::string> warnings;
   Timing timing;
 };

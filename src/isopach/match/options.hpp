@@ -47,6 +47,9 @@ struct MatchOptions {
                          ///< of the standard deviation that noise gives the step (a fiftieth below 20000 nodes)
   bool judge = true;     ///< compare before and after; false saves about half of the time
   bool keep_comparisons = false;  ///< for maps: both comparisons are part of the result
+  bool check_pose = true;         ///< a verdict on the pose; where it is doubted, a coarse search by itself
+  bool accept_doubt = false;      ///< the user knows of change: a pose that is not trusted is taken as it is
+  bool label_points = false;      ///< Matching::agreement of every point of MOVING
   IcpOptions icp;                 ///< objectives icp_point and icp_plane: which pairs take part
   double sigma = 0;               ///< currents: width of the kernel, unit of the scans; 0: 5 mean edges
 };

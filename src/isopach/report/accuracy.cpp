@@ -8,6 +8,7 @@
 
 #include "isopach/report/alignment_values.hpp"
 #include "isopach/report/page.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -48,6 +49,7 @@ Json alignment_json(const Accuracy& a) {
   out["reason"] = matched ? Json(a.matching->reason) : Json(nullptr);
   out["overlap"] = matched ? real(a.matching->overlap) : Json(nullptr);
   out["nominal"] = matched ? Json(a.matching->nominal_fixed) : Json(nullptr);
+  out["verdict"] = matched ? verdict_json(a.matching->verdict, a.unit) : Json(nullptr);
   out["rho_before"] = matched ? real(a.matching->before.rho) : Json(nullptr);
   out["weak_directions"] = matched ? Json(a.matching->weak_directions) : Json::array();
   return out;

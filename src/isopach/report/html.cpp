@@ -9,6 +9,8 @@
 
 #include "isopach/report/detail_told.hpp"
 #include "isopach/report/map.hpp"
+#include "isopach/report/matched.hpp"
+#include "isopach/report/moved.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/palette.hpp"
 #include "isopach/report/report.hpp"
@@ -25,7 +27,8 @@ constexpr const char* told_columns = "<th>name</th><th class=\"n\"></th><th clas
 
 class Page : public HtmlPage {
  public:
-  Page(const Comparison& c, const std::string& json, const MapOptions& look) : HtmlPage(json), c_(c), look_(look) {}
+  Page(const Comparison& c, const std::string& json, const MapOptions& look, const Matching* matched)
+      : HtmlPage(json), c_(c), look_(look), matched_(matched) {}
 
   [[nodiscard]] std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
     const std::string title =
@@ -64,6 +67,12 @@ class Page : public HtmlPage {
       return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
     };
     out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
+    if (matched_ != nullptr) {
+      out_ += "<p class=\"lead\">" + escaped(moved_sentence(*matched_, "B", fine)) + ".</p>\n";
+      if (matched_->verdict)
+        out_ += "<p>The pose is <strong>" + escaped(sentence(*matched_->verdict, unit_text(matched_->unit))) +
+                "</strong>.</p>\n";
+    }
     if (c_.uncertainty.sigma)
       out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantity).front()) + "</p>\n";
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +
@@ -407,14 +416,21 @@ class Page : public HtmlPage {
 
   const Comparison& c_;
   const MapOptions& look_;
+  const Matching* matched_;
 };
 
 }  // namespace
 
 void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
                 const std::optional<Truth>& truth, const Context& context, const MapOptions& look) {
+  write_html(path, c, map_png, json, truth, context, look, nullptr);
+}
+
+void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
+                const std::optional<Truth>& truth, const Context& context, const MapOptions& look,
+                const Matching* matched) {
   context.check();
-  write_page(path, Page(c, json, look).write(map_png, truth));
+  write_page(path, Page(c, json, look, matched).write(map_png, truth));
 }
 
 }  // namespace isopach

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "isopach/report/matched.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/report/uncertainty.hpp"
 #include "isopach/report/values.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -270,6 +272,10 @@ std::string budget_csv(const Comparison& c) {
 }
 
 std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs) {
+  return comparison_json(c, outputs, nullptr);
+}
+
+std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs, const Matching* matched) {
   const Measures& m = c.measures;
   const Json none = nullptr;
   const Json report = {
@@ -278,6 +284,8 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
       {"inputs", Json::array({input_json(c.a), input_json(c.b)})},
       {"parameters", parameters_json(c)},
       {"pose", {{"matrix", matrix(c.options.pose)}}},
+      {"matched", matched_json(matched)},
+      {"verdict", matched != nullptr ? verdict_json(matched->verdict, matched->unit) : none},
       {"domain", {{"area", real(c.domain_area)}, {"area_union", real(c.area_union)}, {"coverage", real(c.coverage)}}},
       {"measure",
        {{"rho", real(m.rho)},

@@ -175,13 +175,14 @@ struct BarPlace {
 
 class Map {
  public:
-  Map(const Comparison& c, const MapOptions& options)
+  Map(const Comparison& c, const MapOptions& options, const MapScale& scale)
       : c_(c),
         options_(options),
+        is_paired_(scale.colour_limit > 0),
         s_(options.width / 1600.0),
-        limit_(colour_limit(c)),
+        limit_(is_paired_ ? scale.colour_limit : colour_limit(c)),
         palette_(options.palette, options.flip != paints_excess_red(c.unit)),
-        box_(shown_box(c.cells)) {
+        box_(scale.box ? *scale.box : shown_box(c.cells)) {
     place();
   }
 
@@ -251,9 +252,7 @@ class Map {
                                           with_unit(number(v.below, fine), 3) + "   ·   mean |d| (ρ) " +
                                           with_unit(number(c_.measures.rho, fine), 1);
     canvas.text(x, 95 * s_, canvas.fitted(volumes, strong, room), strong);
-    const std::string where = with_unit(number(c_.domain_area, fine), 2) + " compared, " +
-                              fixed_number(100 * c_.coverage, 1, fine) + " % of the area of both scans" +
-                              (c_.unit == "unknown" ? "   ·   units unknown (as in the files)" : "");
+    const std::string where = where_compared(c_);
     canvas.text(x, 125 * s_, canvas.fitted(words.where.empty() ? where : words.where, soft, room), soft);
     if (direction_is_z()) return;
     const auto& r = c_.frame.rotation;
@@ -420,6 +419,7 @@ class Map {
           : c_.cells.unclipped.empty() ? "scanned, but not compared (one scan has no points here)"
                                        : "scanned, but not compared (one scan only, or cut off)");
     const std::string reach = shows_no_difference(c_)      ? ""
+                              : is_paired_                 ? "colours as on the map beside it; "
                               : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "
                               : limit_ < largest(c_.measures.difference)
                                   ? "colours reach to the 99th percentile of |d|; "
@@ -432,6 +432,7 @@ class Map {
 
   const Comparison& c_;
   const MapOptions& options_;
+  bool is_paired_;
   double s_, limit_;
   Palette palette_;
   Box2 box_;
@@ -457,11 +458,34 @@ double colour_limit(const Comparison& c) {
   return limit < least_over_noise * lod ? round_up_2_digits(2 * lod) : limit;
 }
 
-Image render_map(const Comparison& c, const MapOptions& options, const Context& context) {
+std::array<MapScale, 2> paired_scales(const std::optional<Comparison>& before, const std::optional<Comparison>& after) {
+  std::array<MapScale, 2> scales;
+  if (!before || !after) return scales;
+  const double limit = std::max(shows_no_difference(*before) ? 0 : colour_limit(*before),
+                                shows_no_difference(*after) ? 0 : colour_limit(*after));
+  scales[0].colour_limit = scales[1].colour_limit = limit;
+  const Frame &f = before->frame, &g = after->frame;
+  if (f.rotation != g.rotation) return scales;
+  const Point3 d = f.to_field(g.origin);  // of the second origin in the first frame
+  Box2 box = shown_box(after->cells);
+  box.min = {box.min.x + d.x, box.min.y + d.y}, box.max = {box.max.x + d.x, box.max.y + d.y};
+  box.add(shown_box(before->cells));
+  scales[0].box = box;
+  scales[1].box = Box2{{box.min.x - d.x, box.min.y - d.y}, {box.max.x - d.x, box.max.y - d.y}};
+  return scales;
+}
+
+std::string where_compared(const Comparison& c) {
+  return number(c.domain_area, fine) + "\u00a0" + measured_unit(c, 2) + " compared, " +
+         fixed_number(100 * c.coverage, 1, fine) + " % of the area of both scans" +
+         (c.unit == "unknown" ? "   ·   units unknown (as in the files)" : "");
+}
+
+Image render_map(const Comparison& c, const MapOptions& options, const Context& context, const MapScale& scale) {
   if (options.width < 300 || options.width > 20000)
     throw UsageError("map width " + std::to_string(options.width) + ": must be between 300 and 20000 pixels");
   context.check();
-  return Map(c, options).draw();
+  return Map(c, options, scale).draw();
 }
 
 void write_map(const std::string& path, const Comparison& c, const MapOptions& options, const Context& context) {

@@ -9,6 +9,8 @@
 
 #include "isopach/io/write.hpp"
 #include "isopach/report/alignment_values.hpp"
+#include "isopach/report/moved.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -82,6 +84,7 @@ Json parameters_json(const Matching& m) {
           {"tolerance", real(o.tolerance > 0 ? o.tolerance : default_match_tolerance)},
           {"pairs", pairs_json(m)},
           {"pose_only", !o.judge},
+          {"accept_doubt", o.accept_doubt},
           {"weight", text_or_null(to_text(c.weight))},
           {"sigma", o.sigma > 0 ? real(o.sigma) : Json(nullptr)},
           {"border", to_text(c.border)},
@@ -105,6 +108,12 @@ std::string fit_line(const Fit& f, const std::string& unit) {
                      fixed_number(100 * f.coverage, 1, plain));
 }
 
+/// ", rms 0.03 mm of their distances": of what takes part at the end of the search.
+std::string fitted_rms(const Matching& m, const std::string& unit) {
+  if (m.history.empty() || !std::isfinite(m.history.back().rms)) return "";
+  return fmt::format(", rms {} {} of their distances", number(m.history.back().rms, plain), unit);
+}
+
 /// Standard deviations of the three turns, or of the three shifts.
 std::array<double, 3> deviations(const Matching& m, std::size_t first) {
   std::array<double, 3> d{};
@@ -124,6 +133,7 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"schema", "isopach.match/1"},
       {"tool", {{"name", tool_name}, {"version", version}}},
       {"inputs", Json::array({aligned_input(m.moving, m.moving.role), aligned_input(m.fixed, m.fixed.role)})},
+      {"verdict", verdict_json(m.verdict, m.unit)},
       {"objective", to_text(m.options.objective)},
       {"parameters", parameters_json(m)},
       {"pose", pose_json(m)},
@@ -136,7 +146,8 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"overlap", real(m.overlap)},
       {"nominal", {{"moving", m.nominal_moving}, {"fixed", m.nominal_fixed}}},
       {"stable_points", stable_points(m)},
-      {"covariance", covariance(m.covariance)},
+      {"fitted_rms", m.history.empty() ? Json(nullptr) : real(m.history.back().rms)},
+      {"covariance", precision_is_told(m) ? covariance(m.covariance) : Json(nullptr)},
       {"centre", point(m.centre)},
       {"weak_directions", m.weak_directions},
       {"outputs", outputs},
@@ -152,6 +163,7 @@ std::string match_text(const Matching& m) {
     out += fmt::format(": mean |d| (rho) {} {}, before {} {}", number(m.after.rho, plain), unit,
                        number(m.before.rho, plain), unit);
   out += "\n";
+  if (m.verdict) line(out, "verdict", sentence(*m.verdict, unit));
   for (const InputSummary* in : {&m.moving, &m.fixed})
     line(out, in->role.c_str(), fmt::format("{}: {} points", input_name(*in), count(in->points, plain)));
   if (m.options.judge) {
@@ -166,14 +178,15 @@ std::string match_text(const Matching& m) {
   if (m.options.freedom.scale) line(out, "scale", number(m.scale, plain, 9));
   const auto turns = deviations(m, 0), shifts = deviations(m, 3);
   const double degrees = 180 / std::numbers::pi;
-  line(out, "precision",
-       fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
-                   number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
-                   number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
-                   number(shifts[2], plain, 2), unit));
+  if (precision_is_told(m))
+    line(out, "precision",
+         fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
+                     number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
+                     number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
+                     number(shifts[2], plain, 2), unit));
   line(out, "fitted",
-       fmt::format("{} % of the common area, {} points; the rest differs more than noise",
-                   fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain)));
+       fmt::format("{} % of the common area, {} points{}; the rest differs more than noise",
+                   fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain), fitted_rms(m, unit)));
   if (m.nominal_moving || m.nominal_fixed)
     line(out, "nominal mesh",
          fmt::format(
@@ -208,6 +221,12 @@ void write_moved(const std::string& path, const Cloud& moving, const Matching& m
   Attribute stable{"stable", Array<double>(m.stable.size())};
   std::copy(m.stable.begin(), m.stable.end(), stable.values.begin());
   out.attributes.push_back(std::move(stable));
+  if (m.agreement.size() == out.points.size()) {
+    Attribute agreement{"agreement", Array<double>(m.agreement.size())};
+    std::transform(m.agreement.begin(), m.agreement.end(), agreement.values.begin(),
+                   [](PointVerdict a) { return static_cast<double>(a); });
+    out.attributes.push_back(std::move(agreement));
+  }
   write_cloud(path, out, context);
 }
 

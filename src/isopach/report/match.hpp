@@ -20,13 +20,17 @@ namespace isopach {
 [[nodiscard]] Point3 shift_of_centre(const Matching& m);
 
 /// report.html: one file that opens from disk without a network: the pose, its precision in words, the search, and the
-/// maps before and after (PNG files that are written already; empty: none). `json` is the text of match_json: numbers
-/// are read from it.
-void write_match_html(const std::string& path, const Matching& m, const std::string& before_png,
-                      const std::string& after_png, const std::string& json, const Context& context);
+/// maps of what agrees, before and after (PNG files that are written already; empty: none). `json` is the text of
+/// match_json: numbers are read from it.
+struct MatchPictures {
+  std::string agreement, before, after;
+};
+void write_match_html(const std::string& path, const Matching& m, const MatchPictures& pictures,
+                      const std::string& json, const Context& context);
 
 /// The points of MOVING where they are after the matching, with the attribute `stable`: 1 where they took part in the
-/// fit. Format by extension (see write_cloud).
+/// fit; and `agreement` where m.agreement is known: 0 not in view, 1 agrees, 2 in front, 3 behind. Format by extension
+/// (see write_cloud).
 void write_moved(const std::string& path, const Cloud& moving, const Matching& m, const Context& context);
 
 }  // namespace isopach

@@ -7,6 +7,7 @@
 #include <numbers>
 
 #include "isopach/report/match.hpp"
+#include "isopach/report/moved.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/words.hpp"
 
@@ -20,23 +21,31 @@ class MatchPage : HtmlPage {
  public:
   MatchPage(const Matching& m, const std::string& json) : HtmlPage(json), m_(m), unit_(escaped(unit_text(m.unit))) {}
 
-  std::string write(const std::string& before_png, const std::string& after_png) {
+  std::string write(const MatchPictures& files) {
     const std::string title = input_name(m_.moving) + " on " + input_name(m_.fixed);
     open_page(title);
     out_ += "<h1>" + escaped(input_name(m_.moving)) + " <span>on</span> " + escaped(input_name(m_.fixed)) + "</h1>\n";
+    verdict();
     lead();
     cards();
     warnings();
-    pictures(before_png, after_png);
+    pictures(files);
     history();
     pose();
     precision();
+    evidence();
     quality();
     finish_page();
     return out_;
   }
 
  private:
+  void verdict() {
+    if (m_.verdict)
+      out_ += "<p class=\"lead\">The pose is <strong>" + escaped(sentence(*m_.verdict, unit_text(m_.unit))) +
+              "</strong>.</p>\n";
+  }
+
   void lead() {
     out_ += "<p class=\"lead\">The pose turns the moving scan by " +
             datum("pose.angle_deg", number(value("pose.angle_deg"), fine)) + " degrees";
@@ -62,12 +71,19 @@ class MatchPage : HtmlPage {
     out_ += "</div>\n";
   }
 
-  void pictures(const std::string& before_png, const std::string& after_png) {
-    if (!before_png.empty())
-      picture(before_png, "Map of the difference before the matching",
-              "Before: B is the moving scan where it started, A the fixed one. Each map has colours of its own.");
-    if (!after_png.empty())
-      picture(after_png, "Map of the difference after the matching",
+  void pictures(const MatchPictures& files) {
+    if (!files.agreement.empty())
+      picture(
+          files.agreement, "Map of what agrees, lies in front or lies behind",
+          "The moving scan in place: what agrees with the fixed scan, lies in front of it or behind it, and what is "
+          "not in its view.");
+    if (!files.before.empty())
+      picture(
+          files.before, "Map of the difference before the matching",
+          "Before: B is the moving scan where it started, A the fixed one. Both maps show the same place in the same "
+          "colours.");
+    if (!files.after.empty())
+      picture(files.after, "Map of the difference after the matching",
               "After: what is left is noise, real change, and what the sampling misses.");
   }
 
@@ -140,6 +156,12 @@ class MatchPage : HtmlPage {
   }
 
   void precision() {
+    if (!precision_is_told(m_)) {
+      out_ +=
+          "<h2>How well it is held</h2>\n<p class=\"soft\">Not told: a precision speaks of errors near the right pose, "
+          "and nothing shows that this one is.</p>\n";
+      return;
+    }
     open_table("How well it is held",
                "<th>motion</th><th class=\"n\">standard deviation</th><th></th><th>in words</th>", " class=\"told\"");
     constexpr std::array<const char*, 6> names{"turn about x",  "turn about y",  "turn about z",
@@ -192,7 +214,26 @@ class MatchPage : HtmlPage {
     }
     row("stable points", whole("stable_points"), "",
         "points of the moving scan that were fitted; the rest differs more than noise");
+    row("rms of what was fitted", plain("fitted_rms"), unit_, "of the distances that take part at the end");
     row("steps", whole("iterations"), "", "accepted, on thinned copies and on all points");
+    close_table();
+  }
+
+  void evidence() {
+    if (!m_.verdict) return;
+    open_table("What the verdict rests on", "", " class=\"told\"");
+    row("agrees", percent("verdict.agree"), "%", "of what both scans see, within their noise; needs 70 %");
+    row("shape", plain("verdict.shape"), "", "correlation of the detail of their normals; needs 0.70");
+    row("in view", percent("verdict.in_view.0"), "%", "of the moving scan, in the view of the fixed one");
+    row("", percent("verdict.in_view.1"), "%", "of the fixed scan, in the view of the moving one");
+    row("in front, behind", percent("verdict.in_front"), "%", "of what is in view: where the other scan saw through");
+    row("", percent("verdict.behind"), "%", "of what is in view: where the other scan cannot have seen");
+    row("noise", plain("verdict.noise.0"), unit_, "of the moving scan, from its own halves");
+    row("", plain("verdict.noise.1"), unit_, "of the fixed scan");
+    row("detail", plain("verdict.detail.0"), "", "of the moving scan: how well its halves repeat it; needs 0.5");
+    row("", plain("verdict.detail.1"), "", "of the fixed scan");
+    row("slip", plain("verdict.slip"), "",
+        "noises that the distances rise by where the scan slips 1 % of its extent; needs 0.5, less of few points");
     close_table();
   }
 
@@ -207,10 +248,10 @@ class MatchPage : HtmlPage {
 
 }  // namespace
 
-void write_match_html(const std::string& path, const Matching& m, const std::string& before_png,
-                      const std::string& after_png, const std::string& json, const Context& context) {
+void write_match_html(const std::string& path, const Matching& m, const MatchPictures& pictures,
+                      const std::string& json, const Context& context) {
   context.check();
-  write_page(path, MatchPage(m, json).write(before_png, after_png));
+  write_page(path, MatchPage(m, json).write(pictures));
 }
 
 }  // namespace isopach

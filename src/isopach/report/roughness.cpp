@@ -7,6 +7,7 @@
 
 #include "isopach/io/write.hpp"
 #include "isopach/report/values.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -239,6 +240,8 @@ std::string roughness_json(const Roughness& r, const std::vector<std::string>& o
                        {"parameters", parameters_json(r)},
                        {"pose", pose_json(r.options.compare.pose)},
                        {"reference_pose", r.reference ? pose_json(r.reference_pose) : Json(nullptr)},
+                       {"verdict", verdict_json(r.verdict, r.unit)},
+                       {"reference_verdict", verdict_json(r.reference_verdict, r.unit)},
                        {"scan", texture_json(r, r.scan)},
                        {"after", r.after ? texture_json(r, *r.after) : Json(nullptr)},
                        {"change", change_json(r)},

@@ -6,6 +6,7 @@
 
 #include "isopach/report/alignment_values.hpp"
 #include "isopach/report/page.hpp"
+#include "isopach/report/verdict_values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
@@ -19,10 +20,11 @@ Json input_json(const InputSummary& in, const char* role) {
   return {{"role", role}, {"path", in.path}, {"points", in.points}, {"nodes", in.nodes}, {"unit", in.unit}};
 }
 
-Json scanner_json(const Scanner& s, const char* role) {
+Json scanner_json(const Scanner& s, const char* role, const std::string& unit) {
   return {{"role", role},
           {"pose", {{"matrix", matrix(s.pose)}}},
           {"converged", s.converged},
+          {"verdict", verdict_json(s.verdict, unit)},
           {"noise", real(s.spot.noise)},
           {"spot", s.spot.width > 0 ? real(s.spot.width) : Json(nullptr)},
           {"bias", real(s.residuals.bias)},
@@ -143,22 +145,23 @@ class Page : public HtmlPage {
 std::string scanners_json(const Scanners& s, const std::vector<std::string>& outputs) {
   Json parameters = {{"align", s.options.align}, {"reference_sigma", real(s.options.reference_sigma)}};
   add_alignment(parameters, s.options.match, s.options.align, s.unit);
-  const Json report = {{"schema", "isopach.scanners/1"},
-                       {"tool", {{"name", tool_name}, {"version", version}}},
-                       {"inputs", Json::array({input_json(s.scan[0].input, "A"), input_json(s.scan[1].input, "B"),
-                                               input_json(s.reference, "reference")})},
-                       {"parameters", parameters},
-                       {"scanners", Json::array({scanner_json(s.scan[0], "A"), scanner_json(s.scan[1], "B")})},
-                       {"between",
-                        {{"rho", real(s.rho)},
-                         {"rho_dv", real(s.rho_dv)},
-                         {"bias", real(s.bias)},
-                         {"coarser", s.coarser},
-                         {"coverage", real(s.comparison.coverage)}}},
-                       {"detail", detail_json(s)},
-                       {"outputs", outputs},
-                       {"warnings", s.warnings},
-                       {"timing_s", timing(s.timing)}};
+  const Json report = {
+      {"schema", "isopach.scanners/1"},
+      {"tool", {{"name", tool_name}, {"version", version}}},
+      {"inputs", Json::array({input_json(s.scan[0].input, "A"), input_json(s.scan[1].input, "B"),
+                              input_json(s.reference, "reference")})},
+      {"parameters", parameters},
+      {"scanners", Json::array({scanner_json(s.scan[0], "A", s.unit), scanner_json(s.scan[1], "B", s.unit)})},
+      {"between",
+       {{"rho", real(s.rho)},
+        {"rho_dv", real(s.rho_dv)},
+        {"bias", real(s.bias)},
+        {"coarser", s.coarser},
+        {"coverage", real(s.comparison.coverage)}}},
+      {"detail", detail_json(s)},
+      {"outputs", outputs},
+      {"warnings", s.warnings},
+      {"timing_s", timing(s.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
 

@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include "isopach/report/detail_told.hpp"
+#include "isopach/report/moved.hpp"
 #include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 
@@ -81,13 +82,18 @@ void add_budget(Summary& s, const Comparison& c) {
 
 }  // namespace
 
-std::string comparison_text(const Comparison& c, const std::optional<Truth>& truth) {
+std::string comparison_text(const Comparison& c, const std::optional<Truth>& truth, const Matching* matched) {
   const Measures& m = c.measures;
   const DifferenceStatistics& d = m.difference;
   Summary s(c);
   const auto n = [](double v) { return number(v, plain); };
   s.free_line(
-      headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); }));
+      headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); }) +
+      (matched != nullptr ? " " + moved_briefly(*matched, "B", plain) + " first." : ""));
+  if (matched != nullptr) {
+    s.line("moved", moved_sentence(*matched, "B", plain));
+    if (matched->verdict) s.line("verdict", sentence(*matched->verdict, unit_text(matched->unit)));
+  }
   add_input(s, c.a);
   add_input(s, c.b);
   s.value("gained", n(m.volume.above), 3, "volume where B lies above A");

@@ -1,0 +1,46 @@
+#include "isopach/match/judge.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "isopach/base/parallel.hpp"
+
+namespace isopach {
+
+bool all_rigid_motions(const Freedom& f) {
+  return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
+}
+
+const Judge::Scans& Judge::scans() {
+  if (scans_) return *scans_;
+  scans_.emplace();
+  const ProjectOptions& project = options_.compare.project;
+  ProjectOptions uncropped = project;  // a crop is of input coordinates: what of MOVING lies in it hangs on the pose
+  uncropped.crop.reset();
+  both([&] { scans_->fixed = judged_scan(fixed_, project, context_); },
+       [&] { scans_->moving = judged_scan(moving_, uncropped, context_); });
+  if (!all_rigid_motions(options_.freedom))
+    scans_->axes = choose_frame(fixed_, moving_, options_.start, uncropped, context_).rotation;
+  return *scans_;
+}
+
+Verdict Judge::operator()(const Pose& pose) {
+  const Scans& s = scans();
+  Verdict v = judge(s.moving, s.fixed, pose, options_.freedom, s.axes);
+  v.accepted = options_.accept_doubt;
+  return v;
+}
+
+Rival Judge::apart_from(const Pose& from, const Pose& to) { return apart(from, to, scans().moving.origin); }
+
+bool Judge::is_another(const Pose& from, const Pose& to) {
+  const Rival r = apart_from(from, to);
+  return r.degrees > other_turn || r.shift > other_shift * scans().fixed.extent;
+}
+
+Array<PointVerdict> Judge::labels(const Pose& pose, const Verdict& verdict) {
+  return agreement_of(moving_, scans().fixed, pose, std::hypot(verdict.evidence.noise[0], verdict.evidence.noise[1]),
+                      context_);
+}
+
+}  // namespace isopach

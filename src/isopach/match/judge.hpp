@@ -1,0 +1,42 @@
+// Judge: the verdicts of one matching. Both scans are prepared once, at the first verdict.
+#pragma once
+#include <optional>
+
+#include "isopach/match/matching.hpp"
+
+namespace isopach {
+
+class Judge {
+ public:
+  /// The arguments are kept by reference. `options` as in match().
+  Judge(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context)
+      : moving_(moving), fixed_(fixed), options_(options), context_(context) {}
+
+  /// Verdict on a pose, by the motions that are free.
+  [[nodiscard]] Verdict operator()(const Pose& pose);
+
+  /// Whether the second lies farther from the first than other_turn or other_shift.
+  [[nodiscard]] bool is_another(const Pose& from, const Pose& to);
+  [[nodiscard]] Rival apart_from(const Pose& from, const Pose& to);
+
+  /// Of every point of MOVING at the pose.
+  [[nodiscard]] Array<PointVerdict> labels(const Pose& pose, const Verdict& verdict);
+
+ private:
+  struct Scans {
+    JudgedScan moving, fixed;
+    std::array<double, 9> axes{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< that the freedom speaks of
+  };
+  const Scans& scans();
+
+  const Cloud& moving_;
+  const Cloud& fixed_;
+  const MatchOptions& options_;
+  const Context& context_;
+  std::optional<Scans> scans_;
+};
+
+/// Whether all rigid motions are searched.
+[[nodiscard]] bool all_rigid_motions(const Freedom& f);
+
+}  // namespace isopach
