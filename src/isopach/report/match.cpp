@@ -105,11 +105,28 @@ std::string fit_line(const Fit& f, const std::string& unit) {
                      fixed_number(100 * f.coverage, 1, plain));
 }
 
-/// Standard deviations of the three turns, or of the three shifts.
+/// Standard deviations of the three turns, or of the three shifts; NaN where the scans do not determine them.
 std::array<double, 3> deviations(const Matching& m, std::size_t first) {
   std::array<double, 3> d{};
-  for (std::size_t i = 0; i < 3; ++i) d[i] = std::sqrt(std::max(0.0, m.covariance[7 * (first + i)]));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double variance = m.covariance[7 * (first + i)];
+    d[i] = variance < 0 ? 0 : std::sqrt(variance);
+  }
   return d;
+}
+
+std::string precision(double deviation) {
+  return std::isnan(deviation) ? "undetermined" : number(deviation, plain, 2);
+}
+
+Json undetermined_json(const Matching& m) {
+  Json motions = Json::array();
+  for (const auto& motion : m.undetermined) {
+    Json numbers = Json::array();
+    for (const double v : motion) numbers.push_back(real(v));
+    motions.push_back(numbers);
+  }
+  return motions;
 }
 
 }  // namespace
@@ -136,6 +153,7 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"overlap", real(m.overlap)},
       {"stable_points", stable_points(m)},
       {"covariance", covariance(m.covariance)},
+      {"undetermined", undetermined_json(m)},
       {"centre", point(m.centre)},
       {"weak_directions", m.weak_directions},
       {"outputs", outputs},
@@ -167,9 +185,9 @@ std::string match_text(const Matching& m) {
   const double degrees = 180 / std::numbers::pi;
   line(out, "precision",
        fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
-                   number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
-                   number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
-                   number(shifts[2], plain, 2), unit));
+                   precision(degrees * turns[0]), precision(degrees * turns[1]),
+                   precision(degrees * turns[2]), precision(shifts[0]), precision(shifts[1]),
+                   precision(shifts[2]), unit));
   line(out, "fitted",
        fmt::format("{} % of the common area, {} points; the rest differs more than noise",
                    fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain)));
