@@ -23,6 +23,17 @@ void expect_covered(const test::PosePairs& p, double least = 0.65, double most =
 
 TEST(MatchPulls, TheSameArea) { expect_covered({}); }
 
+// Four in ten of such pairs had a motion named as not determined, left where it was: errors ten times as large.
+TEST(MatchPulls, SeventyPercentInCommonAreDetermined) {
+  test::PosePairs p;
+  p.moving_from = 0.3;
+  p.moving_points = p.fixed_points = 3000;
+  const test::PosePulls found = test::pose_pulls(p, pairs, 1);
+  EXPECT_EQ(found.without, 0);
+  EXPECT_LT(found.rms_error, 0.001);
+  EXPECT_LT(found.rms, 1.5);
+}
+
 // What is cut off depends on the pose: 2.3 times the deviation that fixed patches would have.
 TEST(MatchPulls, AShareOfSeventyPercentCoversWhatTheCutAdds) {
   test::PosePairs p;
