@@ -228,7 +228,16 @@ std::shared_ptr<const Matching> match_first(const Cloud& a, const Cloud& b, cons
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
   remarks = m.weak_directions;
   options.pose = m.pose;
-  take_covariance({m.covariance, m.centre}, request, options.uncertainty);
+  if (m.undetermined.empty()) {
+    take_covariance({m.covariance, m.centre}, request, options.uncertainty);
+    return found;
+  }
+  UncertaintyOptions wanted = options.uncertainty;
+  take_covariance({}, request, wanted);
+  if (wanted.registration_covariance && !options.uncertainty.registration_covariance)
+    remarks.push_back(
+        "the uncertainty of net has the noise of the scans alone: how far the pose may be off along what the scans do "
+        "not determine is not known; give it with --registration-error");
   return found;
 }
 

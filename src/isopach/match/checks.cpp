@@ -2,7 +2,9 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace isopach {
 
@@ -39,6 +41,23 @@ void check_options(const MatchOptions& o) {
         "pairs: they need --objective icp-point or icp-plane");
 }
 
+namespace {
+
+/// The rows and columns of what an undetermined motion changes, by more than a twentieth of what it changes most.
+void blank(const std::array<double, 6>& motion, double radius, std::array<double, 36>& covariance) {
+  constexpr double noticeable = 0.05;
+  constexpr double unknown = std::numeric_limits<double>::quiet_NaN();
+  const auto size = [&](std::size_t i) { return std::fabs(motion[i]) * (i < 3 ? radius : 1); };
+  double largest = 0;
+  for (std::size_t i = 0; i < 6; ++i) largest = std::max(largest, size(i));
+  for (std::size_t i = 0; i < 6; ++i) {
+    if (!(size(i) > noticeable * largest)) continue;
+    for (std::size_t j = 0; j < 6; ++j) covariance[6 * i + j] = covariance[6 * j + i] = unknown;
+  }
+}
+
+}  // namespace
+
 std::array<std::string, 3> axis_names(const Frame& frame) {
   std::array<std::string, 3> names{"u", "v", "w"};
   if (!frame.axis_aligned) return names;
@@ -46,6 +65,27 @@ std::array<std::string, 3> axis_names(const Frame& frame) {
     for (std::size_t k = 0; k < 3; ++k)
       if (frame.rotation[3 * i + k] != 0) names[i] = std::string(1, "xyz"[k]);
   return names;
+}
+
+void take_covariance(const SearchResult& found, const Frame& frame, Matching& m) {
+  const auto& r = frame.rotation;  // input = rᵀ · field, for the rotation vector and for the shift alike
+  const auto turned = [&](std::size_t i, std::size_t j, std::size_t block_i, std::size_t block_j) {
+    double sum = 0;
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t l = 0; l < 3; ++l)
+        sum += r[3 * k + i] * r[3 * l + j] * found.covariance[7 * (3 * block_i + k) + 3 * block_j + l];
+    return sum;
+  };
+  for (std::size_t i = 0; i < 6; ++i)
+    for (std::size_t j = 0; j < 6; ++j) m.covariance[6 * i + j] = turned(i % 3, j % 3, i / 3, j / 3);
+  m.undetermined.clear();
+  for (const Twist& t : found.undetermined) {
+    std::array<double, 6> motion{};
+    for (std::size_t i = 0; i < 6; ++i)
+      for (std::size_t k = 0; k < 3; ++k) motion[i] += r[3 * k + i % 3] * t[i / 3 * 3 + k];
+    blank(motion, found.radius, m.covariance);
+    m.undetermined.push_back(motion);
+  }
 }
 
 void take(const SearchResult& found, const Frame& frame, const Array<Index>& node_of_point, Matching& m) {
@@ -58,16 +98,7 @@ void take(const SearchResult& found, const Frame& frame, const Array<Index>& nod
   m.overlap = found.overlap;
   m.weak_directions = found.weak_directions;
   m.centre = frame.to_input(found.centre);
-  const auto& r = frame.rotation;  // input = rᵀ · field, for the rotation vector and for the shift alike
-  const auto turned = [&](std::size_t i, std::size_t j, std::size_t block_i, std::size_t block_j) {
-    double sum = 0;
-    for (std::size_t k = 0; k < 3; ++k)
-      for (std::size_t l = 0; l < 3; ++l)
-        sum += r[3 * k + i] * r[3 * l + j] * found.covariance[7 * (3 * block_i + k) + 3 * block_j + l];
-    return sum;
-  };
-  for (std::size_t i = 0; i < 6; ++i)
-    for (std::size_t j = 0; j < 6; ++j) m.covariance[6 * i + j] = turned(i % 3, j % 3, i / 3, j / 3);
+  take_covariance(found, frame, m);
   m.stable.resize(node_of_point.size());
   for (std::size_t i = 0; i < node_of_point.size(); ++i)
     m.stable[i] = node_of_point[i] == no_index ? 0 : found.stable[node_of_point[i]];

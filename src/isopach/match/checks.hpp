@@ -17,6 +17,9 @@ void check_options(const MatchOptions& options);
 /// Pose, covariance, centre, words and stable points of the search, in input coordinates, into `m`.
 void take(const SearchResult& found, const Frame& frame, const Array<Index>& node_of_point, Matching& m);
 
+/// Covariance and undetermined motions in input axes: NaN where an undetermined motion has a part.
+void take_covariance(const SearchResult& found, const Frame& frame, Matching& m);
+
 /// Inputs, unit and warnings of a comparison.
 void describe(const Comparison& c, Matching& m);
 

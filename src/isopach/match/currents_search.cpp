@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/distance/point_tree.hpp"
 #include "isopach/measure/current.hpp"
 #include "isopach/measure/currents_gradient.hpp"
 
@@ -24,6 +25,8 @@ constexpr std::size_t least_nodes = 600;  // of a thinned surface
 constexpr double coarse_error = 1e-5;     // of the sums before the last steps
 constexpr double no_curvature = 1e-9;     // of the largest: a motion that the surface does not see
 constexpr double weak_curvature = 1e-3;   // … and one that is named
+constexpr double beyond_edges = 1.5;      // to the nearest triangle of the other scan in the plane: it ends before
+constexpr double named_pull = 1;          // of the border, in standard deviations: from here on a warning
 constexpr double least_inner = 1e-6;      // of the norms: less at the widest kernel is no overlap
 
 struct Width {
@@ -225,6 +228,39 @@ std::string words(const Eigen::VectorXd& v, const std::vector<int>& free, const 
   return text;
 }
 
+/// The triangles of `s` that lie beyond `other`, seen along the direction.
+SurfaceCurrent beyond(const SurfaceCurrent& s, const SurfaceCurrent& other) {
+  Array<Point3> flat(other.centroids.size());
+  for_each_index(flat.size(), [&](std::size_t i) { flat[i] = {other.centroids[i].x, other.centroids[i].y, 0}; });
+  const PointTree tree(flat);
+  const double far = beyond_edges * other.mean_edge;
+  Array<unsigned char> is_beyond(s.centroids.size());
+  for_each_index(s.centroids.size(), [&](std::size_t i) {
+    is_beyond[i] = tree.nearest_distance2({s.centroids[i].x, s.centroids[i].y, 0}) > far * far ? 1 : 0;
+  });
+  SurfaceCurrent out;
+  out.mean_edge = s.mean_edge;
+  for (std::size_t i = 0; i < s.centroids.size(); ++i) {
+    if (is_beyond[i] == 0) continue;
+    out.centroids.push_back(s.centroids[i]);
+    out.normals.push_back(s.normals[i]);
+  }
+  return out;
+}
+
+/// How far the borders pull the pose: what only one of the scans has pulls at `a`, where it is now, as if it were a
+/// difference. To first order: m⁻¹ times that part of the gradient.
+Vector pull_of_borders(const Descent& d, const SurfaceCurrent& a, const SurfaceCurrent& b, const CurrentsOptions& o,
+                       const Matrix& m, const Context& context) {
+  const SurfaceCurrent a_only = beyond(a, b), b_only = beyond(b, a);
+  Vector g = Vector::Zero();
+  if (!b_only.centroids.empty())
+    g += d.scaled(currents_gradient(a.view(), b_only.view(), d.centre(), o, context));
+  if (!a_only.centroids.empty())
+    g -= d.scaled(currents_gradient(a.view(), a_only.view(), d.centre(), o, context));
+  return d.solved(m, g);
+}
+
 /// Weak directions and the covariance m⁻¹ (Σ g gᵀ) m⁻¹ over the cubes' parts g
 /// of the gradient of ρ, which would all be 0 without noise. Twice that: the
 /// parts of near cubes go together.
@@ -252,7 +288,18 @@ void judge(const Descent& d, const Width& w, const Matrix& m, const Motion& moti
     const Eigen::VectorXd g = (d.scaled(to_b[i]) - d.scaled(to_a[i]))(d.free());
     score += g * g.transpose();
   }
-  const Eigen::MatrixXd c = 2 * inverse * score * inverse;
+  Eigen::MatrixXd c = 2 * inverse * score * inverse;
+  const Eigen::VectorXd pull = pull_of_borders(d, a, w.fixed, o, m, context)(d.free());
+  double deviations = 0;
+  for (int i = 0; i < c.rows(); ++i)
+    if (c(i, i) > 0) deviations = std::max(deviations, std::fabs(pull(i)) / std::sqrt(c(i, i)));
+  if (deviations > named_pull)
+    r.weak_directions.push_back(fmt::format(
+        "the border where one scan reaches beyond the other pulls the pose by up to {:.0f} standard deviations of the "
+        "noise (in the precision as an error of its own): cut both scans to what they have in common, or take "
+        "--objective measure",
+        deviations));
+  c += pull * pull.transpose();
   const auto unit = [&](int k) { return k < 3 ? 1 / d.length() : 1.0; };
   for (int i = 0; i < c.rows(); ++i)
     for (int j = 0; j < c.cols(); ++j) {
@@ -297,6 +344,7 @@ SearchResult currents_search(const MatchSurface& moving, const MatchSurface& fix
 
   SearchResult r;
   r.centre = d.centre();
+  r.radius = d.length();
   Motion motion;
   SurfaceCurrent coarser;  // of the moving surface, one width before
   for (const double width : widths) {

@@ -7,12 +7,10 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/checks.hpp"
-#include "isopach/match/icp_search.hpp"
+#include "isopach/match/icp_covariance.hpp"
 
 namespace isopach {
 namespace {
-
-constexpr double freedoms = 6;
 
 void check(const MatchOptions& o) {
   check_options(o);
@@ -33,17 +31,6 @@ void check_boxes(const OrientedCloud& moving, const OrientedCloud& fixed) {
   const bool apart =
       a.min.x > b.max.x + slack || b.min.x > a.max.x + slack || a.min.y > b.max.y + slack || b.min.y > a.max.y + slack;
   if (apart) throw OverlapError("the scans do not overlap at the start: give --start, or let --coarse look for one");
-}
-
-/// rᵀ · block · r for the four 3×3 blocks.
-std::array<double, 36> to_input_axes(const std::array<double, 36>& c, const std::array<double, 9>& r) {
-  std::array<double, 36> result{};
-  for (std::size_t i = 0; i < 6; ++i)
-    for (std::size_t j = 0; j < 6; ++j)
-      for (std::size_t k = 0; k < 3; ++k)
-        for (std::size_t l = 0; l < 3; ++l)
-          result[6 * i + j] += r[3 * k + i % 3] * r[3 * l + j % 3] * c[6 * (i / 3 * 3 + k) + j / 3 * 3 + l];
-  return result;
 }
 
 Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const MatchOptions& options,
@@ -67,13 +54,11 @@ Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const M
   m.reason = found.reason;
   m.history = found.history;
   m.overlap = found.share;
-  const PairInformation& in = found.information;
-  const double count = in.weight / (options.icp.symmetric ? 2 : 1);  // both ways see the same noise
-  const double sigma2 = in.error * count / std::max(1.0, count - freedoms);
-  m.covariance =
-      to_input_axes(pair_covariance(in, sigma2, count, information_floor(b, a), axis_names(frame), m.weak_directions),
-                    frame.rotation);
-  m.centre = frame.to_input(in.centre);
+  SearchResult judged;
+  find_icp_covariance(found, b, a, options, axis_names(frame), judged);
+  take_covariance(judged, frame, m);
+  m.weak_directions = judged.weak_directions;
+  m.centre = frame.to_input(found.information.centre);
   m.stable.assign(moving.points.size(), 0);
   for (const Link& link : found.links) m.stable[b.ids[link.query]] = 1;
   return m;

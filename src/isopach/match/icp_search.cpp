@@ -116,7 +116,7 @@ class Search {
 
   void pair_up(std::size_t stride) {
     state_.links = forward_.find(state_.motion, stride, icp_, overlap_);
-    set_weights(state_.links, icp_.weights, plane_);
+    state_.width = set_weights(state_.links, icp_.weights, plane_);
     const double asked = std::ceil(static_cast<double>(moving_.points.size()) / static_cast<double>(stride));
     state_.share = static_cast<double>(state_.links.size()) / asked;
     if (state_.share < least_share || state_.links.size() < least_links)
@@ -129,9 +129,9 @@ class Search {
       return;
     }
     both_ = state_.links;
-    Array<Link> back = backward_.find(state_.motion, stride, icp_, overlap_);
-    set_weights(back, icp_.weights, plane_);
-    both_.insert(both_.end(), back.begin(), back.end());
+    state_.back = backward_.find(state_.motion, stride, icp_, overlap_);
+    state_.back_width = set_weights(state_.back, icp_.weights, plane_);
+    both_.insert(both_.end(), state_.back.begin(), state_.back.end());
     state_.information = pair_information(both_, plane_);
   }
   [[nodiscard]] const Array<Link>& links() const { return icp_.symmetric ? both_ : state_.links; }

@@ -38,8 +38,11 @@ struct Matching {
   std::optional<Comparison> comparison_before, comparison_after;  ///< if options.keep_comparisons
   double overlap = 1;                                             ///< share that was fitted
   bool nominal_moving = false, nominal_fixed = false;  ///< facets taken as the surface itself, see nominal.hpp
-  /// 6×6, row-major: rotation (rad) about x, y, z of the input axes through `centre`, then translation (unit).
+  /// 6×6, row-major: rotation (rad) about x, y, z of the input axes through `centre`, then translation (unit). NaN in
+  /// the rows and columns of what the scans do not determine; 0 in those that were not free.
   std::array<double, 36> covariance{};
+  /// Motions that the scans do not determine, left as they were at the start: turns (rad), then shifts, as covariance.
+  std::vector<std::array<double, 6>> undetermined;
   Point3 centre{0, 0, 0};                    ///< of the rotations that the covariance speaks of, fixed coordinates
   std::vector<std::string> weak_directions;  ///< motions that the scans hardly determine, in words
   Array<unsigned char> stable;               ///< per point of MOVING: 1 if it was fitted (stable), 0 if not

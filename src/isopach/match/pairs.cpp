@@ -122,8 +122,8 @@ Array<Link> PairSearch::find(const Motion& motion, std::size_t stride, const Icp
     const Point3& normal = target_.normals[pairs[i].partner];
     const bool alike = options.weights == IcpOptions::Weights::uniform;
     const double weight = alike ? 1 : queries_.areas[pairs[i].query];
-    links[i] = inverse_ ? Link{motion.apply(t), q, motion.turn(normal), weight, pairs[i].query}
-                        : Link{motion.apply(q), t, normal, weight, pairs[i].query};
+    links[i] = inverse_ ? Link{motion.apply(t), q, motion.turn(normal), weight, pairs[i].query, pairs[i].partner}
+                        : Link{motion.apply(q), t, normal, weight, pairs[i].query, pairs[i].partner};
   }
   return links;
 }
@@ -146,15 +146,16 @@ double residual_width(const Array<Link>& links, bool plane) {
   return 0;
 }
 
-void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane) {
-  if (weights == IcpOptions::Weights::uniform || links.empty()) return;
+double set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane) {
+  if (weights == IcpOptions::Weights::uniform || links.empty()) return 0;
   const double width = residual_width(links, plane);
-  if (!(width > 0)) return;  // half of them fit exactly: nothing tells good from bad
+  if (!(width > 0)) return 0;  // half of them fit exactly: nothing tells good from bad
   for (Link& l : links) {
     const double t = residual(l, plane) / width;
     l.weight *= t < 1 ? (1 - t * t) * (1 - t * t) : 0;
   }
   links.erase(std::remove_if(links.begin(), links.end(), [](const Link& l) { return l.weight == 0; }), links.end());
+  return width;
 }
 
 }  // namespace isopach

@@ -11,7 +11,8 @@ namespace isopach {
 struct Link {
   Point3 moving, fixed, normal;
   double weight = 1;
-  Index query = no_index;  ///< which point asked
+  Index query = no_index;    ///< which point asked
+  Index partner = no_index;  ///< … and which one it found
 };
 
 /// Looks from the points of one cloud into the other. A nearest point is looked for anew only if the point has moved so
@@ -53,6 +54,7 @@ class PairSearch {
 [[nodiscard]] double residual_width(const Array<Link>& links, bool plane);
 
 /// Multiplies the weights by what the residuals of the objective (plane: (3), else (1)) say; drops links of weight 0.
-void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane);
+/// Returns where the biweight ends; 0: the weights are as they were.
+double set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane);
 
 }  // namespace isopach

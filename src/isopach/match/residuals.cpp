@@ -15,7 +15,9 @@ namespace isopach {
 namespace {
 
 constexpr double patch_bound = 4;             // scales of the patches' means
-constexpr std::size_t patches_of_a_cell = 4;  // of the score
+constexpr std::size_t cells_of_a_patch = 4;   // of the score, at least
+constexpr std::size_t most_cells = 4096;      // of the score
+constexpr double window = 0.2;                // of the bound of a share, to either side
 constexpr std::size_t block = 4096;
 static_assert(block % Residuals::largest_patch == 0);
 
@@ -115,22 +117,25 @@ Information information_of(const ResidualSide& side, const View& view, const Los
   return sum;
 }
 
-/// Σ w Jᵀn by cell: `cell` nodes in a row of the moving scan, or over facets with such a first corner.
+/// By cell: `cell` nodes in a row of the moving scan, or over facets with such a first corner.
 template <bool moving_nodes>
-std::vector<Vector7> scores_of(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
-                               std::size_t cell) {
+std::vector<ScoreCell> cells_of(const ResidualSide& side, const View& view, const Loss& loss, std::size_t patch,
+                                std::size_t cell) {
   const std::size_t moving = moving_nodes ? side.nodes->xy.size() : side.target->xy.size();
   const int shift = std::countr_zero(cell);  // a power of two
-  std::vector<Vector7> scores((moving + cell - 1) / cell, Vector7{});
+  std::vector<ScoreCell> cells((moving + cell - 1) / cell);
   for_fitted(side, view, loss, patch, 0, side.n.size(),
              [&](std::size_t i, const Point3& own, const Point3& there, const Facet& f, double weight) {
                const Index at = side.hint[i];
                const Point3 normal = normal_of(f, side.factors()[at]);
                const Vector7 j = view.derivative<moving_nodes>(own, there, normal, side.n[i]);
-               Vector7& score = scores[(moving_nodes ? i : side.target->t.triangles[at].v[0]) >> shift];
-               for (std::size_t k = 0; k < parameters; ++k) score[k] -= weight * j[k] * side.n[i];
+               ScoreCell& c = cells[(moving_nodes ? i : side.target->t.triangles[at].v[0]) >> shift];
+               for (std::size_t k = 0; k < parameters; ++k) c.score[k] -= weight * j[k] * side.n[i];
+               c.information.add(j, weight);
+               const Point3& place = moving_nodes ? there : own;
+               c.weight += weight, c.x += weight * place.x, c.y += weight * place.y;
              });
-  return scores;
+  return cells;
 }
 
 }  // namespace
@@ -284,14 +289,24 @@ void Residuals::trust_share(double share) {
     const double x = std::fabs(a.mean), y = std::fabs(b.mean);
     return x < y || (x == y && (a.side < b.side || (a.side == b.side && a.patch < b.patch)));
   });
+  double bound = 0;
   for (const PatchMean& m : means) {
-    sides_[m.side].trust[m.patch] = used < share * all ? 1 : 0;
-    sides_[m.side].bend[m.patch] = 0;
+    const bool is_used = used < share * all;
+    sides_[m.side].trust[m.patch] = is_used ? 1 : 0;
+    if (is_used) bound = std::fabs(m.mean);
     used += m.area;
+  }
+  // A motion takes patches over the bound in and out: what trust has there, a step at the bound, as a mean of patches
+  // around it.
+  for (const PatchMean& m : means) {
+    const double mean = std::fabs(m.mean);
+    const bool is_near = share < 1 && std::fabs(mean - bound) < window * bound;
+    sides_[m.side].bend[m.patch] = is_near ? -mean / (2 * window * bound) : 0;
   }
 }
 
-Information Residuals::information(const Motion& motion, const Loss& loss, double noise, const Context& context) const {
+Information Residuals::information(const Motion& motion, const Loss& loss, const std::array<double, 2>& noises,
+                                   const Context& context) const {
   context.check();
   Information total;
   const auto add = [](Information& sum, const Information& part) {
@@ -301,6 +316,7 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
   for (const ResidualSide& side : sides_) {
     const View view(side, motion, centre_, length_);
     const Array<SlopeNoise> slopes = slope_noise(*side.target);
+    const double noise = noises[side.moving_nodes ? 1 : 0];  // of the facets
     add(total, reduce_blocks<Information>(
                    side.nodes->xy.size(), block,
                    [&](std::size_t begin, std::size_t end) {
@@ -313,18 +329,21 @@ Information Residuals::information(const Motion& motion, const Loss& loss, doubl
   return total;
 }
 
-Symmetric7 Residuals::score(const Motion& motion, const Loss& loss, const Context& context) const {
+std::vector<ScoreCell> Residuals::score_cells(const Motion& motion, const Loss& loss, const Context& context) const {
   context.check();
-  const std::size_t cell = patches_of_a_cell * patch_;
-  std::vector<Vector7> a, b;
-  both([&] { a = scores_of<true>(sides_[0], View(sides_[0], motion, centre_, length_), loss, patch_, cell); },
-       [&] { b = scores_of<false>(sides_[1], View(sides_[1], motion, centre_, length_), loss, patch_, cell); });
-  Symmetric7 sum;
+  const std::size_t moving = sides_[0].nodes->xy.size(), fixed = sides_[1].nodes->xy.size();
+  std::size_t cell = std::max<std::size_t>(1, patch_ / cells_of_a_patch);
+  while (2 * cell * fixed < moving * patch_ / cells_of_a_patch) cell *= 2;  // not less of the sparser scan
+  while (moving / cell > most_cells) cell *= 2;
+  std::vector<ScoreCell> a, b;
+  both([&] { a = cells_of<true>(sides_[0], View(sides_[0], motion, centre_, length_), loss, patch_, cell); },
+       [&] { b = cells_of<false>(sides_[1], View(sides_[1], motion, centre_, length_), loss, patch_, cell); });
   for (std::size_t c = 0; c < a.size(); ++c) {
-    for (std::size_t k = 0; k < parameters; ++k) a[c][k] += b[c][k];
-    sum.add(a[c], 1);
+    for (std::size_t k = 0; k < parameters; ++k) a[c].score[k] += b[c].score[k];
+    a[c].information.add(b[c].information);
+    a[c].weight += b[c].weight, a[c].x += b[c].x, a[c].y += b[c].y;
   }
-  return sum;
+  return a;
 }
 
 }  // namespace isopach

@@ -10,31 +10,11 @@
 #include <array>
 #include <vector>
 
+#include "isopach/match/equations.hpp"
 #include "isopach/match/motion.hpp"
 #include "isopach/match/surface.hpp"
 
 namespace isopach {
-
-/// Parameters as a step sees them, all lengths: turn x, y, z and scale times Residuals::length; shift x, y, z.
-inline constexpr std::size_t parameters = 7;
-using Vector7 = std::array<double, parameters>;
-
-/// The upper triangle of a symmetric matrix, row by row.
-struct Symmetric7 {
-  std::array<double, parameters*(parameters + 1) / 2> m{};
-
-  /// += weight · v vᵀ
-  void add(const Vector7& v, double weight) {
-    double* out = m.data();
-    for (std::size_t r = 0; r < parameters; ++r) {
-      const double scaled = weight * v[r];
-      for (std::size_t c = r; c < parameters; ++c) *out++ += scaled * v[c];
-    }
-  }
-  void add(const Symmetric7& other) {
-    for (std::size_t i = 0; i < m.size(); ++i) m[i] += other.m[i];
-  }
-};
 
 /// The loss of one residual. huber: quadratic, from 1.345 scales on linear. tukey: bounded, from 4.685 scales on
 /// constant (Beaton, Tukey 1974), so that what is really different does not pull. Both have 95 % of the efficiency of
@@ -93,12 +73,6 @@ struct ResidualSums {
   std::uint64_t visited = 0;  ///< triangles
 };
 
-/// What the final state knows of its parameters, in the scaled parameters.
-struct Information {
-  Symmetric7 h;      ///< Σ w JᵀJ
-  Symmetric7 noise;  ///< what noise of the heights alone would add to h, through the slopes of facets
-};
-
 class Residuals {
  public:
   static constexpr std::size_t largest_patch = 32;
@@ -137,14 +111,15 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  /// At the motion of the last evaluation, by smoothed slopes; `noise`: standard deviation of the heights.
-  [[nodiscard]] Information information(const Motion& motion, const Loss& loss, double noise,
+  /// At the motion of the last evaluation, by smoothed slopes; `noise`: standard deviations of the heights of the moving
+  /// and of the fixed scan.
+  [[nodiscard]] Information information(const Motion& motion, const Loss& loss, const std::array<double, 2>& noise,
                                         const Context& context) const;
-  /// At the motion of the last evaluation: Σ s sᵀ over cells of some hundred nodes in a row of the moving scan, with s
-  /// = Σ w Jᵀn over the nodes of the cell and those of the fixed scan that lie over its facets: the two directions
-  /// share their noise, and residuals of a cell may be correlated in any way. Test:
-  /// MatchQuality.CovarianceTellsTheErrors.
-  [[nodiscard]] Symmetric7 score(const Motion& motion, const Loss& loss, const Context& context) const;
+  /// At the motion of the last evaluation: the pulls by eight nodes in a row of the moving scan, or more where it is the
+  /// denser one or has very many, over these nodes and those of the fixed scan that lie over its facets: the two
+  /// directions share their noise. For clustered_scores. Test: MatchQuality.CovarianceTellsTheErrors.
+  [[nodiscard]] std::vector<ScoreCell> score_cells(const Motion& motion, const Loss& loss,
+                                                   const Context& context) const;
 
   /// A twist of the scaled parameters: all lengths.
   [[nodiscard]] Twist twist(const Vector7& step) const;

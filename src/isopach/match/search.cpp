@@ -8,6 +8,7 @@
 #include <limits>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/match/sandwich.hpp"
 
 namespace isopach {
 
@@ -18,24 +19,18 @@ using Vector = Eigen::Matrix<double, 7, 1>;
 
 constexpr std::size_t coarsest_nodes = 600;  // of the smoothest level
 constexpr std::size_t level_factor = 8;
-constexpr double unobserved_ratio = 3;        // information below this many times what noise alone gives is none
+constexpr double unobserved_ratio = 1.5;      // information below this many times what noise alone gives is none
 constexpr double unobserved = 1e-9;           // … and below this share of the largest
 constexpr double weak = 1e-3;                 // information below this share of the largest is named
 constexpr double negligible = 0.02;           // step over standard deviation: the search ends before it
 constexpr double negligible_of_many = 0.1;    // … where a step costs time
 constexpr double rejected = 2.5;              // a step that does not lower the loss ends it below so many of those
 constexpr double least_curvature = 0.4;       // of the loss over its weights, as a step takes it
+constexpr double least_known_curvature = 0.1; // … and as the covariance takes it
 constexpr std::size_t sample_stride = 8;      // before all nodes of the scans themselves every eighth patch
 constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
 constexpr double least_overlap_kept = 0.5;    // of the common area: a step may not shrink it further
 
-Matrix matrix(const Symmetric7& s) {
-  Matrix m;
-  std::size_t i = 0;
-  for (int r = 0; r < 7; ++r)
-    for (int c = r; c < 7; ++c) m(r, c) = m(c, r) = s.m[i++];
-  return m;
-}
 Vector vector(const Vector7& v) { return Eigen::Map<const Vector>(v.data()); }
 
 /// The motions that are asked for and that the scans determine: columns that span them.
@@ -137,10 +132,10 @@ class Solver {
   }
 
   /// Of the loss over its weights: the size of Gauss-Newton's matrix over that of Newton's, with normal noise.
-  [[nodiscard]] double curvature(bool with_trust) const {
+  [[nodiscard]] double curvature(bool with_trust, double least = least_curvature) const {
     const ResidualSums& s = at.sums;
     if (!(s.fitted > 0)) return 1;
-    return std::clamp((s.curvature + (with_trust ? s.bend : 0)) / s.fitted, least_curvature, 1.0);
+    return std::clamp((s.curvature + (with_trust ? s.bend : 0)) / s.fitted, least, 1.0);
   }
 
   void note() {
@@ -367,6 +362,7 @@ class Search {
   // All levels, from the thinnest to the scans themselves.
   void pass() {
     result_.centre = centre_;
+    result_.radius = extent_ / 4;
     for (std::size_t k = 0; k < levels_.count(); ++k) {
       Residuals residuals(levels_.moving(k), levels_.fixed(k), centre_, extent_ / 4);
       Solver s(residuals, basis_, context_);
@@ -395,10 +391,7 @@ class Search {
   // Noise is what the scans show, each against itself: residuals far from the best motion are more than noise.
   void doubt(Residuals& residuals, std::size_t level, Solver& s) {
     if (doubtful_.cols() == 0 || frozen_.cols() > 0) return;
-    s.refresh();
-    const double noise =
-        std::min(residuals.spread(), std::hypot(roughness(levels_.moving(level)), roughness(levels_.fixed(level))));
-    const Information info = residuals.information(s.at.motion, s.loss, std::max(floor(), noise), context_);
+    const Information info = information(residuals, level, s);
     Basis still(7, 0);
     for (const Weak& w : weak_within(info, doubtful_, largest_within(info, basis_), true)) {
       if (!w.noise) continue;
@@ -406,6 +399,15 @@ class Search {
       still.col(still.cols() - 1) = w.direction;
     }
     doubtful_ = still;
+  }
+
+  // With the noise of each scan as it shows against itself, but no more than the residuals have.
+  [[nodiscard]] Information information(Residuals& residuals, std::size_t level, Solver& s) const {
+    s.refresh();
+    std::array<double, 2> noise{roughness(levels_.moving(level)), roughness(levels_.fixed(level))};
+    const double all = std::hypot(noise[0], noise[1]), spread = residuals.spread();
+    for (double& n : noise) n = std::max(floor(), all > spread ? n * spread / all : n);
+    return residuals.information(s.at.motion, s.loss, noise, context_);
   }
 
   // The scans themselves: the weights settle, on a sample first, then one fixed objective to the end.
@@ -422,7 +424,7 @@ class Search {
       settle(residuals, s, bounded, 1, 1, 1e-5 * extent_);
     }
     doubt(residuals, levels_.count() - 1, s);
-    s.refresh();
+    const Information known = information(residuals, levels_.count() - 1, s);
     residuals.balance(s.at.motion);
     reweigh(residuals, s, bounded);
     s.negligible = !by_default ? 0 : is_sampled() ? negligible_of_many : negligible;
@@ -440,28 +442,33 @@ class Search {
                             : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
     s.refresh();
     result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
-    judge({s.at.sums.h, {}}, residuals.score(s.at.motion, s.loss, context_), s.curvature(true), residuals.length());
+    name_weak({s.at.sums.h, {}});
+    find_covariance(known, residuals.score_cells(s.at.motion, s.loss, context_),
+                    s.curvature(true, least_known_curvature), residuals.length());
     result_.stable.resize(moving_.xy.size());
     for (std::size_t i = 0; i < moving_.xy.size(); ++i) result_.stable[i] = residuals.fitted(i, s.loss) ? 1 : 0;
   }
 
-  // Covariance (the bread of the sandwich is the curvature, not the weights) and weakly held directions.
-  void judge(const Information& info, const Symmetric7& scores, double curvature, double length) {
+  void name_weak(const Information& info) {
     for (int c = 0; c < frozen_.cols(); ++c)
       result_.weak_directions.push_back(words({frozen_.col(c), 0, true}, axes_) +
                                         " is not determined by the scans and was left as it was at the start");
     for (const Weak& w : weak_within(info, basis_, largest_within(info, basis_), false))
       result_.weak_directions.push_back(words(w, axes_) + " is weakly held: it carries " +
                                         fmt::format("{:.1g}", w.share) + " of the information of the strongest motion");
-    const Eigen::MatrixXd h = basis_.transpose() * matrix(info.h) * basis_;
-    const Eigen::MatrixXd score = basis_.transpose() * matrix(scores) * basis_;
-    if (h.cols() == 0) return;
-    const Eigen::MatrixXd inverse = h.ldlt().solve(Eigen::MatrixXd::Identity(h.rows(), h.cols()));
-    const Matrix covariance = basis_ * inverse * score * inverse * basis_.transpose() / (curvature * curvature);
+  }
+
+  void find_covariance(const Information& known, const std::vector<ScoreCell>& cells, double curvature, double length) {
+    const Matrix covariance = sandwich(cells, known, basis_, curvature);
     const double unit[7] = {1 / length, 1 / length, 1 / length, 1, 1, 1, 1 / length};
     for (int i = 0; i < 7; ++i)
       for (int j = 0; j < 7; ++j)
         result_.covariance[static_cast<std::size_t>(7 * i + j)] = covariance(i, j) * unit[i] * unit[j];
+    for (int c = 0; c < frozen_.cols(); ++c) {
+      Vector7 direction;
+      for (int k = 0; k < 7; ++k) direction[static_cast<std::size_t>(k)] = frozen_(k, c) * unit[k];
+      result_.undetermined.push_back(direction);
+    }
   }
 
   const MatchSurface& moving_;

@@ -21,8 +21,10 @@ struct SearchResult {
   std::string reason;
   std::vector<MatchStep> history;
   double overlap = 1;                        ///< share of the common area that was fitted
-  std::array<double, 49> covariance{};       ///< of a twist about `centre`, frame axes
+  std::array<double, 49> covariance{};       ///< of a twist about `centre`, frame axes; 0 along what was not searched
+  std::vector<Twist> undetermined;           ///< twists about `centre` that the scans do not determine, frame axes
   Point3 centre{0, 0, 0};                    ///< frame coordinates
+  double radius = 1;                         ///< by which a turn (rad) becomes a length, where the two are compared
   std::vector<std::string> weak_directions;  ///< in words, axes of the frame named by `axes`
   Array<unsigned char> stable;               ///< by node of the moving surface
 };

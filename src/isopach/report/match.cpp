@@ -114,11 +114,28 @@ std::string fitted_rms(const Matching& m, const std::string& unit) {
   return fmt::format(", rms {} {} of their distances", number(m.history.back().rms, plain), unit);
 }
 
-/// Standard deviations of the three turns, or of the three shifts.
+/// Standard deviations of the three turns, or of the three shifts; NaN where the scans do not determine them.
 std::array<double, 3> deviations(const Matching& m, std::size_t first) {
   std::array<double, 3> d{};
-  for (std::size_t i = 0; i < 3; ++i) d[i] = std::sqrt(std::max(0.0, m.covariance[7 * (first + i)]));
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double variance = m.covariance[7 * (first + i)];
+    d[i] = variance < 0 ? 0 : std::sqrt(variance);
+  }
   return d;
+}
+
+std::string precision(double deviation) {
+  return std::isnan(deviation) ? "undetermined" : number(deviation, plain, 2);
+}
+
+Json undetermined_json(const Matching& m) {
+  Json motions = Json::array();
+  for (const auto& motion : m.undetermined) {
+    Json numbers = Json::array();
+    for (const double v : motion) numbers.push_back(real(v));
+    motions.push_back(numbers);
+  }
+  return motions;
 }
 
 }  // namespace
@@ -148,6 +165,7 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"stable_points", stable_points(m)},
       {"fitted_rms", m.history.empty() ? Json(nullptr) : real(m.history.back().rms)},
       {"covariance", precision_is_told(m) ? covariance(m.covariance) : Json(nullptr)},
+      {"undetermined", undetermined_json(m)},
       {"centre", point(m.centre)},
       {"weak_directions", m.weak_directions},
       {"outputs", outputs},
@@ -181,9 +199,8 @@ std::string match_text(const Matching& m) {
   if (precision_is_told(m))
     line(out, "precision",
          fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
-                     number(degrees * turns[0], plain, 2), number(degrees * turns[1], plain, 2),
-                     number(degrees * turns[2], plain, 2), number(shifts[0], plain, 2), number(shifts[1], plain, 2),
-                     number(shifts[2], plain, 2), unit));
+                     precision(degrees * turns[0]), precision(degrees * turns[1]), precision(degrees * turns[2]),
+                     precision(shifts[0]), precision(shifts[1]), precision(shifts[2]), unit));
   line(out, "fitted",
        fmt::format("{} % of the common area, {} points{}; the rest differs more than noise",
                    fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain), fitted_rms(m, unit)));

@@ -168,8 +168,8 @@ class MatchPage : HtmlPage {
                                                "shift along x", "shift along y", "shift along z"};
     for (std::size_t k = 0; k < 6; ++k) {
       const double variance = m_.covariance[7 * k];
-      const double deviation = std::sqrt(std::max(0.0, variance)) * (k < 3 ? degrees : 1);
-      row(names[k], number(deviation, fine, 2), k < 3 ? "°" : unit_, held(k));
+      const double deviation = variance < 0 ? 0 : std::sqrt(variance) * (k < 3 ? degrees : 1);
+      row(names[k], std::isnan(deviation) ? "undetermined" : number(deviation, fine, 2), k < 3 ? "°" : unit_, held(k));
     }
     close_table();
     out_ +=
@@ -181,8 +181,9 @@ class MatchPage : HtmlPage {
 
   // What a standard deviation means.
   [[nodiscard]] std::string held(std::size_t k) const {
-    const double deviation = std::sqrt(std::max(0.0, m_.covariance[7 * k]));
-    if (deviation == 0) return "not searched for, or not determined by the scans";
+    const double variance = m_.covariance[7 * k], deviation = variance < 0 ? 0 : std::sqrt(variance);
+    if (std::isnan(variance)) return "the scans look the same after it: left as it was at the start";
+    if (deviation == 0) return "not searched for";
     if (k >= 3) return "in two of three scans like these the true place is within this";
     return "moves a point at 100 " + unit_ + " from the axis by " + number(100 * deviation, fine, 2) + " " + unit_;
   }

@@ -1,0 +1,177 @@
+#include "isopach/match/clusters.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+#include "isopach/match/sandwich.hpp"
+
+namespace isopach {
+
+namespace {
+
+constexpr std::size_t cells_of_a_cluster = 16;
+constexpr double clusters_per_parameter = 2;  // at least: fewer say nothing of a variance
+constexpr std::size_t strips = 16;            // of each direction
+constexpr double beyond_chance = 2;           // standard deviations of the trace
+constexpr double least_left = 0.2;            // of a cluster's leverage: nearly all of what holds a motion lies in it
+
+using Matrix = Eigen::MatrixXd;
+using Vector = Eigen::VectorXd;
+
+/// Number of the cluster of each cell.
+using Partition = std::vector<std::size_t>;
+
+Partition runs_of(std::size_t cells, std::size_t run) {
+  Partition p(cells);
+  for (std::size_t i = 0; i < cells; ++i) p[i] = i / run;
+  return p;
+}
+
+/// The cells in coordinates in which the information of all of them together is the unit matrix.
+class Whitened {
+ public:
+  Whitened(std::span<const ScoreCell> cells, const Matrix& basis) : cells_(cells) {
+    const Eigen::Index p = basis.cols();
+    Matrix all = Matrix::Zero(p, p);
+    for (const ScoreCell& c : cells) all += basis.transpose() * matrix(c.information) * basis;
+    const Eigen::SelfAdjointEigenSolver<Matrix> solver(all);
+    const double floor = 1e-14 * solver.eigenvalues().maxCoeff();
+    const Vector size = solver.eigenvalues().cwiseMax(floor);
+    to_ = solver.eigenvectors() * size.cwiseInverse().cwiseSqrt().asDiagonal();
+    back_ = solver.eigenvectors() * size.cwiseSqrt().asDiagonal();
+    for (const ScoreCell& c : cells) {
+      score_.push_back(to_.transpose() * (basis.transpose() * Eigen::Map<const Vector>(c.score.data(), parameters)));
+      information_.push_back(to_.transpose() * (basis.transpose() * matrix(c.information) * basis) * to_);
+    }
+  }
+  [[nodiscard]] std::size_t count() const { return cells_.size(); }
+  [[nodiscard]] Eigen::Index size() const { return to_.cols(); }
+  [[nodiscard]] const Matrix& back() const { return back_; }
+  [[nodiscard]] const Vector& score(std::size_t i) const { return score_[i]; }
+  [[nodiscard]] const Matrix& information(std::size_t i) const { return information_[i]; }
+
+  /// Strips across (x, y), each with a like share of the information.
+  [[nodiscard]] Partition strips_across(double x, double y) const {
+    std::vector<std::pair<double, std::size_t>> order;
+    for (std::size_t i = 0; i < cells_.size(); ++i) {
+      const ScoreCell& c = cells_[i];
+      if (c.weight > 0) order.emplace_back((x * c.x + y * c.y) / c.weight, i);
+    }
+    std::sort(order.begin(), order.end());
+    Partition p(cells_.size(), 0);
+    double passed = 0;
+    for (const auto& [place, i] : order) {
+      const double share = information_[i].trace() / static_cast<double>(size());
+      p[i] = std::min(strips - 1, static_cast<std::size_t>((passed + share / 2) * static_cast<double>(strips)));
+      passed += share;
+    }
+    return p;
+  }
+
+ private:
+  std::span<const ScoreCell> cells_;
+  Matrix to_, back_;
+  std::vector<Vector> score_;
+  std::vector<Matrix> information_;
+};
+
+struct Scatter {
+  Matrix meat;
+  double size = 0;      // mean of its diagonal
+  double clusters = 0;  // as many of equal information
+};
+
+/// The sums of the clusters, each by its leverage larger than the fit left it.
+std::vector<Vector> scores_of(const Whitened& w, const Partition& partition, double& clusters) {
+  const Eigen::Index p = w.size();
+  const std::size_t count = partition.empty() ? 0 : 1 + *std::max_element(partition.begin(), partition.end());
+  std::vector<Vector> score(count, Vector::Zero(p)), corrected;
+  std::vector<Matrix> information(count, Matrix::Zero(p, p));
+  for (std::size_t i = 0; i < w.count(); ++i) {
+    score[partition[i]] += w.score(i);
+    information[partition[i]] += w.information(i);
+  }
+  double squares = 0;
+  for (std::size_t b = 0; b < count; ++b) {
+    const double share = information[b].trace() / static_cast<double>(p);
+    if (!(share > 0)) continue;
+    squares += share * share;
+    const Eigen::SelfAdjointEigenSolver<Matrix> solver(information[b]);
+    const Vector left = (1 - solver.eigenvalues().array()).cwiseMax(least_left);
+    const Vector own = solver.eigenvectors().transpose() * score[b];
+    corrected.push_back(solver.eigenvectors() * own.cwiseQuotient(left.cwiseSqrt()));
+  }
+  clusters = squares > 0 ? 1 / squares : 0;
+  return corrected;
+}
+
+/// Σ s sᵀ over the clusters, drawn to a multiple of the unit matrix by as much as its own scatter says.
+Scatter scatter(const Whitened& w, const Partition& partition) {
+  const Eigen::Index p = w.size();
+  Scatter s{Matrix::Zero(p, p), 0, 0};
+  const std::vector<Vector> scores = scores_of(w, partition, s.clusters);
+  for (const Vector& v : scores) s.meat += v * v.transpose();
+  s.size = s.meat.trace() / static_cast<double>(p);
+  if (!(s.size > 0)) return s;
+  double by_chance = 0;
+  for (const Vector& v : scores) by_chance += (s.clusters * v * v.transpose() - s.meat).squaredNorm();
+  by_chance /= s.clusters * s.clusters;
+  const Matrix even = s.size * Matrix::Identity(p, p);
+  const double uneven = (s.meat - even).squaredNorm();
+  const double drawn = uneven > 0 ? std::min(1.0, by_chance / uneven) : 1;
+  s.meat = (1 - drawn) * s.meat + drawn * even;
+  return s;
+}
+
+/// `small`, where along no motion is less than `large` says.
+Matrix at_least(const Matrix& small, const Matrix& large) {
+  const Eigen::SelfAdjointEigenSolver<Matrix> s(small);
+  const Vector size = s.eigenvalues().cwiseMax(1e-12 * s.eigenvalues().maxCoeff()).cwiseSqrt();
+  const Matrix root = s.eigenvectors() * size.asDiagonal() * s.eigenvectors().transpose();
+  const Matrix inverse = s.eigenvectors() * size.cwiseInverse().asDiagonal() * s.eigenvectors().transpose();
+  const Eigen::SelfAdjointEigenSolver<Matrix> ratio(inverse * large * inverse);
+  return root * ratio.eigenvectors() * ratio.eigenvalues().cwiseMax(1).asDiagonal() * ratio.eigenvectors().transpose() *
+         root;
+}
+
+Matrix meat_of(const Whitened& w) {
+  const auto p = static_cast<double>(w.size());
+  std::size_t run = cells_of_a_cluster;
+  Scatter small = scatter(w, runs_of(w.count(), run));
+  while (run > 1 && small.clusters < clusters_per_parameter * p) small = scatter(w, runs_of(w.count(), run /= 2));
+  if (!(small.size > 0)) return small.meat;
+  Matrix best = small.meat;
+  double largest = 1;
+  const auto consider = [&](const Partition& partition) {
+    const Scatter s = scatter(w, partition);
+    if (s.clusters < clusters_per_parameter * p) return false;
+    const double ratio = s.size / small.size, chance = std::sqrt(2 / (p * s.clusters) + 2 / (p * small.clusters));
+    if (ratio > 1 + beyond_chance * chance && ratio > largest) largest = ratio, best = at_least(small.meat, s.meat);
+    return true;
+  };
+  while (consider(runs_of(w.count(), run *= 2)) && run < w.count()) {
+  }
+  constexpr double diagonal = 0.70710678118654752;
+  consider(w.strips_across(1, 0)), consider(w.strips_across(0, 1));
+  consider(w.strips_across(diagonal, diagonal)), consider(w.strips_across(diagonal, -diagonal));
+  return best;
+}
+
+}  // namespace
+
+Symmetric7 clustered_scores(std::span<const ScoreCell> cells, std::span<const Vector7> basis) {
+  Symmetric7 result;
+  if (cells.empty() || basis.empty()) return result;
+  Matrix columns(parameters, basis.size());
+  for (std::size_t c = 0; c < basis.size(); ++c)
+    columns.col(static_cast<Eigen::Index>(c)) = Eigen::Map<const Vector>(basis[c].data(), parameters);
+  const Whitened w(cells, columns);
+  const Matrix meat = columns * w.back() * meat_of(w) * w.back().transpose() * columns.transpose();
+  std::size_t i = 0;
+  for (int r = 0; r < meat.rows(); ++r)
+    for (int c = r; c < meat.cols(); ++c) result.m[i++] = meat(r, c);
+  return result;
+}
+
+}  // namespace isopach
