@@ -1,7 +1,9 @@
 // isopach compare A B
 #include <fmt/core.h>
 
+#include <cmath>
 #include <memory>
+#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/match.hpp"
@@ -12,8 +14,10 @@
 #include "cli/verbs.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/compare.hpp"
+#include "isopach/compare/displacement.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/match/match.hpp"
+#include "isopach/report/words.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -227,6 +231,27 @@ void match_first(const Cloud& a, const Cloud& b, const Request& request, Compare
   take_covariance({m.covariance, m.centre}, request, options.uncertainty);
 }
 
+/// Of scans that were not matched: B that lies off A as a whole.
+void hint_at_matching(Comparison& c) {
+  const std::optional<Displacement> found = plain_displacement(c);
+  if (!found) return;
+  const auto length = [&](double v, int digits = 2) {
+    return number(v, Typography::plain, digits) + " " + measured_unit(c, 1);
+  };
+  const double degrees = found->tilt * 180 / std::acos(-1.0);
+  std::string motion = "a plain offset of " + length(found->offset, 3);
+  if (found->kind != Displacement::Kind::offset)
+    motion = fmt::format("an offset of {} and a tilt of {:.2g} degrees", length(found->offset, 3), degrees);
+  if (found->kind == Displacement::Kind::shift)
+    motion += fmt::format(" with a shift of {} {} across the direction", number(found->shift, Typography::plain, 2),
+                          unit_text(c.unit));
+  c.warnings.push_back(
+      fmt::format("B lies off A as a whole: {} takes the median of |d| from {} to {}; if the scans were never put into "
+                  "one frame, add "
+                  "--match; if the whole surface changed by that, nothing is wrong",
+                  motion, length(found->before), length(found->after)));
+}
+
 }  // namespace
 
 int run_compare(const Arguments& arguments) {
@@ -277,6 +302,7 @@ int run_compare(const Arguments& arguments) {
   if (request.match) match_first(a, b, request, request.options, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
+  if (!request.match) hint_at_matching(comparison);
   deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run);
 
   const std::string over = exceeded(comparison, tolerances);

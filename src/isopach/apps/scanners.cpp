@@ -41,7 +41,9 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
   Scanner s;
   s.pose = o.match.start;
   if (o.align) {
-    const Matching m = match(scan, reference, o.match, context);
+    MatchOptions wanted = o.match;
+    wanted.compare.check_layers = false;  // the comparison does
+    const Matching m = match(scan, reference, wanted, context);
     s.pose = m.pose;
     s.converged = m.converged;
     add_new(all.warnings, m.warnings);

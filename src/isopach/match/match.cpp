@@ -21,6 +21,9 @@ namespace isopach {
 
 namespace {
 
+/// Whether it is of heights over a plane; pairs of points are of space, and need no height field.
+bool of_surfaces(Objective objective) { return objective == Objective::measure || objective == Objective::currents; }
+
 Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.rms, c.coverage}; }
 
 /// MOVING (as B) on FIXED (as A) where it starts: the scans as meshes, and how they lie on one another if that is
@@ -32,12 +35,14 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   ScanMeshes meshes;
   if (m.options.judge) {
     clock.start("before");
+    options.check_layers = false;  // the comparison after it does
     Comparison before = compare(fixed, moving, options, context, meshes);
     m.before = fit_of(before);
     if (m.options.keep_comparisons) m.comparison_before = std::move(before);
     return meshes;
   }
   Comparison c;
+  options.check_layers = options.check_layers && of_surfaces(m.options.objective);
   c.options = options;
   stages::check_options(options);
   stages::check_weight(options);
@@ -99,7 +104,7 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
     m.options.start = coarse_start(moving, fixed, options, context);
   }
   ScanMeshes meshes = at_start(moving, fixed, m, clock, context);
-  if (options.objective == Objective::measure || options.objective == Objective::currents)
+  if (of_surfaces(options.objective))
     match_surfaces(moving, fixed, std::move(meshes), m, clock, context);
   else
     match_points(moving, fixed, m, clock, context);
@@ -108,6 +113,7 @@ Matching run(const Cloud& moving, const Cloud& fixed, const MatchOptions& option
     clock.start("after");
     CompareOptions there = options.compare;
     there.pose = m.pose;
+    there.check_layers = there.check_layers && of_surfaces(options.objective);
     Comparison after = compare(fixed, moving, there, context);
     m.after = fit_of(after);
     describe(after, m);
