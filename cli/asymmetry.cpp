@@ -121,7 +121,8 @@ int run_asymmetry(const Arguments& arguments) {
   command
       .option("--regions", "thirds|halves|FILE", request.regions,
               "Parts of the face that are told apart: by height, or polygons of a file (GeoJSON, GeoPackage, ...) in x "
-              "and y of FACE, drawn on either side (default thirds)")
+              "and y of FACE (of a face that looks along y in x and z, along x in y and z), drawn on either side "
+              "(default thirds)")
       ->check(not_empty());
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the area that the plane is fitted to; auto: all that differs no more than noise; 1: "

@@ -11,6 +11,7 @@
 #include <numeric>
 #include <sstream>
 
+#include "cli/input_words.hpp"
 #include "cli/interrupt.hpp"
 #include "cli/terminal.hpp"
 #include "isopach/base/error.hpp"
@@ -173,6 +174,11 @@ bool read_all(const std::string& text, T& value) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
+std::vector<std::string>& given_words() {
+  static std::vector<std::string> words;
+  return words;
+}
+
 CLI::Validator validator(std::function<std::string(std::string&)> check) {
   return CLI::Validator(std::move(check), "");
 }
@@ -230,6 +236,8 @@ Command::Command(const std::string& verb, const std::string& description, const 
   app_.allow_config_extras(CLI::config_extras_mode::error);
 }
 
+const std::vector<std::string>& input_words() { return given_words(); }
+
 std::string Command::unknown_word() const {
   std::vector<std::string> names;
   for (const CLI::Option* option : app_.get_options())
@@ -253,6 +261,9 @@ bool Command::parse(const Arguments& arguments) {
   Arguments reversed(arguments.rbegin(), arguments.rend());
   try {
     app_.parse(reversed);
+    for (const CLI::Option* option : app_.get_options())
+      if (!option->check_lname("output"))
+        given_words().insert(given_words().end(), option->results().begin(), option->results().end());
     return true;
   } catch (const CLI::CallForHelp&) {
     fmt::print("{}", app_.help());

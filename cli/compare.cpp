@@ -1,7 +1,9 @@
 // isopach compare A B
 #include <fmt/core.h>
 
+#include <cmath>
 #include <memory>
+#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/deliver.hpp"
@@ -13,8 +15,10 @@
 #include "cli/verbs.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/compare.hpp"
+#include "isopach/compare/displacement.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/match/match.hpp"
+#include "isopach/report/words.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -232,13 +236,34 @@ std::shared_ptr<const Matching> match_first(const Cloud& a, const Cloud& b, cons
     take_covariance({m.covariance, m.centre}, request, options.uncertainty);
     return found;
   }
-  UncertaintyOptions wanted = options.uncertainty;
-  take_covariance({}, request, wanted);
-  if (wanted.registration_covariance && !options.uncertainty.registration_covariance)
+  UncertaintyOptions hoped = options.uncertainty;
+  take_covariance({}, request, hoped);
+  if (hoped.registration_covariance && !options.uncertainty.registration_covariance)
     remarks.push_back(
         "the uncertainty of net has the noise of the scans alone: how far the pose may be off along what the scans do "
         "not determine is not known; give it with --registration-error");
   return found;
+}
+
+/// Of scans that were not matched: B that lies off A as a whole.
+void hint_at_matching(Comparison& c) {
+  const std::optional<Displacement> found = plain_displacement(c);
+  if (!found) return;
+  const auto length = [&](double v, int digits = 2) {
+    return number(v, Typography::plain, digits) + " " + measured_unit(c, 1);
+  };
+  const double degrees = found->tilt * 180 / std::acos(-1.0);
+  std::string motion = "a plain offset of " + length(found->offset, 3);
+  if (found->kind != Displacement::Kind::offset)
+    motion = fmt::format("an offset of {} and a tilt of {:.2g} degrees", length(found->offset, 3), degrees);
+  if (found->kind == Displacement::Kind::shift)
+    motion += fmt::format(" with a shift of {} {} across the direction", number(found->shift, Typography::plain, 2),
+                          unit_text(c.unit));
+  c.warnings.push_back(
+      fmt::format("B lies off A as a whole: {} takes the median of |d| from {} to {}; if the scans were never put into "
+                  "one frame, add "
+                  "--match; if the whole surface changed by that, nothing is wrong",
+                  motion, length(found->before), length(found->after)));
 }
 
 }  // namespace
@@ -292,6 +317,7 @@ int run_compare(const Arguments& arguments) {
   if (request.match) matching = match_first(a, b, request, request.options, remarks, run);
   Comparison comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
+  if (!request.match) hint_at_matching(comparison);
   deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run, matching.get());
 
   const std::string over = exceeded(comparison, tolerances);

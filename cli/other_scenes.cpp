@@ -36,6 +36,13 @@ nlohmann::ordered_json scanner_json(const ObjectScanner& s) {
 
 constexpr std::size_t reference_points = 60000;
 
+/// The last file of a scene: it lists all of them.
+void write_truth(nlohmann::ordered_json truth, OutputFolder& folder) {
+  const std::string path = folder.path("truth.json");
+  truth["outputs"] = folder.names();
+  write_text_file(path, truth.dump(2) + "\n");
+}
+
 }  // namespace
 
 int simulate_chewing(const SceneRequest& request, std::size_t frames, const std::string& extension,
@@ -68,7 +75,7 @@ int simulate_chewing(const SceneRequest& request, std::size_t frames, const std:
     write_cloud(folder.path(fmt::format("frame_{:03d}{}", k, extension)), chewing.frame(k), run.context());
     truth["frames"].push_back({{"head", rows(chewing.head(k))}, {"jaw", rows(chewing.jaw(k))}});
   }
-  folder.write_text("truth.json", truth.dump(2) + "\n");
+  write_truth(truth, folder);
   run.context().check();
   folder.commit();
   run.show(fmt::format("chewing: {} frames of about {} points", o.frames, o.points));
@@ -100,7 +107,7 @@ int simulate_combine(const SceneRequest& request, const std::string& extension, 
   write_cloud(folder.path("face" + extension), scene.face, run.context());
   write_cloud(folder.path("jaw" + extension), scene.jaw, run.context());
   write_cloud(folder.path("reference" + extension), scene.reference, run.context());
-  folder.write_text("truth.json", truth.dump(2) + "\n");
+  write_truth(truth, folder);
   run.context().check();
   folder.commit();
   run.show(fmt::format("combine: face {} points, jaw {}, reference {}", scene.face.points.size(),
@@ -138,7 +145,7 @@ int simulate_accuracy(const SceneRequest& request, const std::string& extension,
   truth["completeness"] = made.reach;
   write_cloud(folder.path("reconstruction" + extension), scan_object(made, request.seed, 0), run.context());
   write_cloud(folder.path("reference" + extension), scan_object(reference, request.seed, 2), run.context());
-  folder.write_text("truth.json", truth.dump(2) + "\n");
+  write_truth(truth, folder);
   run.context().check();
   folder.commit();
   run.show(fmt::format("accuracy: reconstruction {} points, reference {}", made.points, reference.points));
@@ -170,7 +177,7 @@ int simulate_scanners(const SceneRequest& request, const std::string& extension,
   write_cloud(folder.path("a" + extension), scan_object(a, request.seed, 0), run.context());
   write_cloud(folder.path("b" + extension), scan_object(b, request.seed, 1), run.context());
   write_cloud(folder.path("reference" + extension), scan_object(reference, request.seed, 2), run.context());
-  folder.write_text("truth.json", truth.dump(2) + "\n");
+  write_truth(truth, folder);
   run.context().check();
   folder.commit();
   run.show(fmt::format("scanners: a {} points, b {}, reference {}", a.points, b.points, reference.points));

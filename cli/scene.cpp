@@ -36,7 +36,7 @@ void add_scene_options(Command& command, SceneRequest& request) {
   add_seed(command, request.seed);
 }
 
-std::string truth_json(const Scene& scene, const SceneRequest& request) {
+std::string truth_json(const Scene& scene, const SceneRequest& request, const std::vector<std::string>& outputs) {
   const SceneOptions options = request.scene_options();
   const Truth& truth = scene.truth;
   nlohmann::ordered_json json;
@@ -50,6 +50,7 @@ std::string truth_json(const Scene& scene, const SceneRequest& request) {
   json["volume"] = {{"above", truth.above}, {"below", truth.below}, {"net", truth.net}, {"error", truth.error}};
   json["parts"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : truth.parts) json["parts"][name] = value;
+  json["outputs"] = outputs;
   return json.dump(2) + "\n";
 }
 

@@ -20,6 +20,8 @@ struct SceneRequest {
 /// Names of the scenes, "a, b, c".
 [[nodiscard]] std::string scene_list();
 void add_scene_options(Command& command, SceneRequest& request);
-[[nodiscard]] std::string truth_json(const Scene& scene, const SceneRequest& request);
+/// `outputs`: the files written, truth.json among them.
+[[nodiscard]] std::string truth_json(const Scene& scene, const SceneRequest& request,
+                                     const std::vector<std::string>& outputs);
 
 }  // namespace isopach::cli

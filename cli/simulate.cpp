@@ -62,7 +62,8 @@ int run_simulate(const Arguments& arguments) {
   const Scene scene = make_scene(scene_request.name, scene_request.scene_options(), run.context());
   write_cloud(folder.path("a" + extension), scene.a, run.context());
   write_cloud(folder.path("b" + extension), scene.b, run.context());
-  folder.write_text("truth.json", truth_json(scene, scene_request));
+  const std::string truth = folder.path("truth.json");
+  write_text_file(truth, truth_json(scene, scene_request, folder.names()));
   run.context().check();
   folder.commit();
   run.show(fmt::format("{}: {}\na: {} points, b: {} points, in {}", scene.name, scene.description,

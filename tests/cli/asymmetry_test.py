@@ -134,9 +134,27 @@ class Options(AsymmetryCli):
         self.assertAlmostEqual(rows["forehead"]["area"], math.pi * 2 ** 2 / 2, delta=0.1)
         self.assertIn("'beside' holds no place", "".join(told["warnings"]))
         self.assertEqual(rows["whole"], self.told()["regions"][0])
-        for words, code, says in [((file, "--direction", "0,0.2,1"), 2, "--direction z"), (("face.xyz",), 3, "face.xyz"),
+        for words, code, says in [(("face.xyz",), 3, "face.xyz"),
                                   ((polygons("far.geojson", ("far", ring(99, 99))),), 3, "none of its polygons")]:
             self.assertIn(says, self.run_cli("asymmetry", "face.xyz", "--regions", *words, code=code).stderr)
+
+    def test_polygons_in_any_direction(self):
+        """The same face looking along y and along x: polygons are drawn in the coordinates across that axis."""
+        ring = [[4 + 4 * math.cos(a / 12 * math.pi), -4 + 4 * math.sin(a / 12 * math.pi)] for a in range(25)]
+        self.path("cheek.geojson").write_text(json.dumps({"type": "FeatureCollection", "features": [
+            {"type": "Feature", "properties": {"name": "cheek"}, "geometry": {"type": "Polygon", "coordinates": [ring]}}]}))
+        points = face(n=1500, bump=1.0, turn=0.0)
+        self.write("z.xyz", points)
+        self.write("y.xyz", [(x, 7 + z, y) for x, y, z in points])
+        self.write("x.xyz", [(z - 3, x, y) for x, y, z in points])
+        told = {}
+        for name, words in [("z", ()), ("y", ("--direction", "y", "--across", "x")), ("x", ("--direction", "x", "--across", "y")),
+                            ("y", ("--direction", "0.1,1,0.1", "--across", "x"))]:
+            row = self.told("--regions", "cheek.geojson", *words, name=name + ".xyz")["regions"][1]
+            self.assertEqual(row["name"], "cheek")
+            told[words] = row["volume"]["net"]
+            self.assertAlmostEqual(row["volume"]["net"], told[()], delta=0.05 * abs(told[()]), msg=words)
+        self.assertGreater(abs(told[()]), 5)
 
     def test_wrong_ones_are_named(self):
         for words in [("--rim", "-1"), ("--rim", "100"), ("--depth", "0"), ("--regions", "quarters"), ("--across", "left"),

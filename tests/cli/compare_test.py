@@ -239,7 +239,7 @@ class Options(CliTest):
         self.assertAlmostEqual(trim["border"]["trimmed_volume"], trim["border"]["trimmed_area"], msg="the lift is even")
         self.assertGreater(trim["border"]["trimmed_area"], 0.05)
         self.assertEqual(hull["border"]["trimmed_area"], 0)
-        self.assertIn(" % of the area and ", self.run_cli("compare", "a.xyz", "b.xyz").stdout)
+        self.assertIn(" % of the area left out, triangles that bridge", self.run_cli("compare", "a.xyz", "b.xyz").stdout)
         self.assertIn("hull: nothing left out", self.run_cli("compare", "a.xyz", "b.xyz", "--border", "hull").stdout)
         overlay = [self.result("compare", "a.xyz", "b.xyz", "--surface", "overlay", "--border", rule)["domain"]["area"]
                    for rule in ["trim", "hull"]]

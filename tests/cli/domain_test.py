@@ -211,7 +211,7 @@ class Budget(DomainTest):
         told = self.run_cli("compare", "a.xyz", "b.xyz", "--budget", p, "--budget", far, "-o", "o").stdout
         table = told[told.index("by polygon"):].splitlines()
         self.assertEqual([line.split()[0] for line in table[1:5]], ["left", "right", "half", "far"])
-        self.assertEqual(table[3].split()[1:], ["2.000", "0", "+2.000", "4.000", "+0.5000"])
+        self.assertEqual(table[3].split()[1:], ["2.000", "0", "+2.000", "4.000", "+0.5000", "25.0", "%"])
         row = json.loads(self.path("o/result.json").read_text())["budget"][3]
         self.assertEqual([row[key] for key in ["name", "area", "net", "mean", "rho", "coverage"]],
                          ["far", 0, 0, None, None, 0])

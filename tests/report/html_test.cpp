@@ -80,7 +80,8 @@ TEST(Html, EveryNumberEqualsTheJson) {
     }
     for (const char* key : {"volume", "domain", "measure", "triangulations", "timing_s"})
       for (const auto& [name, value] : json[key].items())
-        EXPECT_TRUE(value.is_null() || seen.count(key + ("." + name))) << key << "." << name;
+        EXPECT_TRUE(value.is_null() || seen.count(key + ("." + name)) || (name == "error_estimate" && value == 0.0))
+            << key << "." << name;  // an integral in closed form has no error to tell of
     for (const char* name : {"mean", "rms", "std", "median", "nmad", "max_above", "max_below", "abs_percentiles.50",
                              "abs_percentiles.90", "abs_percentiles.95", "abs_percentiles.99"})
       EXPECT_TRUE(seen.count(std::string("difference.") + name)) << name;

@@ -308,12 +308,49 @@ void describe_index(Asymmetry& a) {
 
 constexpr std::size_t polygon_cells = 4096;  // of the grid over a polygon
 
+/// The axes of the file that polygons over a face are drawn in: all but the one nearest to the direction, in their
+/// order. x and y for a face that looks along z.
+std::array<std::size_t, 3> drawn_axes(const Frame& frame) {
+  const auto along = [&](std::size_t k) { return std::fabs(frame.rotation[6 + k]); };
+  if (along(2) >= along(0) && along(2) >= along(1)) return {0, 1, 2};
+  if (along(1) >= along(0)) return {0, 2, 1};
+  return {1, 2, 0};
+}
+
+std::array<double, 3> listed(const Point3& p) { return {p.x, p.y, p.z}; }
+
+/// Coordinates of polygons: along drawn_axes, about the origin of the view.
+Frame drawn_frame(const Frame& view) {
+  const auto axes = drawn_axes(view);
+  Frame drawn;
+  drawn.origin = {listed(view.origin)[axes[0]], listed(view.origin)[axes[1]], 0};
+  return drawn;
+}
+
+/// From those to face coordinates, as `place` is from the view.
+Upright drawn_place(const Frame& view, const Upright& place) {
+  const auto axes = drawn_axes(view);
+  const auto& r = view.rotation;
+  const auto drawn = [&](const Point3& v) {
+    const std::array<double, 3> in_file = {r[0] * v.x + r[3] * v.y + r[6] * v.z, r[1] * v.x + r[4] * v.y + r[7] * v.z,
+                                           r[2] * v.x + r[5] * v.y + r[8] * v.z};
+    return Point3{in_file[axes[0]], in_file[axes[1]], in_file[axes[2]]};
+  };
+  Upright moved;
+  moved.origin = drawn(place.origin);
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Point3 axis = drawn(place.axis(k));
+    moved.rotation[3 * k] = axis.x, moved.rotation[3 * k + 1] = axis.y, moved.rotation[3 * k + 2] = axis.z;
+  }
+  return moved;
+}
+
 FacePolygons read_polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o, const Frame& frame, Asymmetry& a,
                                    const Context& context) {
   FacePolygons polygons;
   if (o.polygons.empty()) return polygons;
   stages::NamedRegions file =
-      stages::read_regions("--regions", o.polygons, frame, cloud.crs, o.compare.allow_crs, a.warnings, context);
+      stages::read_regions("--regions", o.polygons, drawn_frame(frame), cloud.crs, o.compare.allow_crs, a.warnings, context);
   polygons.names = std::move(file.names);
   for (Region& region : file.regions) {
     std::vector<Region> one;
@@ -323,13 +360,14 @@ FacePolygons read_polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o
   return polygons;
 }
 
-void describe_regions(FacePolygons polygons, const Upright& place, Asymmetry& a, const Context& context) {
+/// `drawn`: from the coordinates of the polygons to those of the face.
+void describe_regions(FacePolygons polygons, const Upright& drawn, Asymmetry& a, const Context& context) {
   const CellView cells = a.comparison.cells.view();
   if (a.options.polygons.empty()) {
     a.regions = face_regions(cells, a.options.parts, context);
     return;
   }
-  polygons.place = place;
+  polygons.place = drawn;
   polygons.origin = a.comparison.frame.origin;
   a.regions = face_regions(cells, polygons, context);
   bool any = false;
@@ -344,7 +382,8 @@ void describe_regions(FacePolygons polygons, const Upright& place, Asymmetry& a,
   if (!any)
     throw InputError(
         fmt::format("--regions: {}: none of its polygons holds a part of the face that is scanned on both "
-                    "sides: give them in x and y of the scan",
+                    "sides: give them in x and y of the scan (for a face that looks along y in x and z, along x in y "
+                    "and z)",
                     a.options.polygons));
 }
 
@@ -391,7 +430,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
 
   clock.start("regions");
   describe_index(a);
-  describe_regions(std::move(polygons), upright, a, context);
+  describe_regions(std::move(polygons), drawn_place(view.frame, upright), a, context);
   a.of_point.assign(cloud.points.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = 0; i < view.points.ids.size(); ++i)
     a.of_point[view.points.ids[i]] = a.comparison.fields_b.dz_signed[i];

@@ -29,11 +29,11 @@ struct SideDifference {
 /// tests/apps/face_regions_test.cpp (subdivision).
 [[nodiscard]] std::vector<SideDifference> face_regions(const CellView& cells, FaceParts parts, const Context& context);
 
-/// Polygons that were drawn over a face as it is seen in its file, along z.
+/// Polygons that were drawn over a face as it is seen in its file, along the axis nearest to where it looks.
 struct FacePolygons {
   std::vector<std::string> names;
-  std::vector<Regions> regions;  ///< one polygon each, x and y of the view
-  Upright place;                 ///< from the view to face coordinates
+  std::vector<Regions> regions;  ///< one polygon each, in the two axes across that one
+  Upright place;                 ///< from those axes, the third behind them, to face coordinates
   Point3 origin{0, 0, 0};        ///< of the cells, in face coordinates
 
   /// Where a point of the cells' coordinates is seen.

@@ -43,7 +43,9 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
   Scanner s;
   s.pose = o.match.start;
   if (o.align) {
-    const Matching m = match(scan, reference, o.match, context);
+    MatchOptions wanted = o.match;
+    wanted.compare.check_layers = false;  // the comparison does
+    const Matching m = match(scan, reference, wanted, context);
     require_trust(m, "--align: " + cloud_name(scan));
     s.verdict = m.verdict;
     s.pose = m.pose;

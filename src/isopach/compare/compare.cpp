@@ -135,7 +135,10 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   noise.take_union(common.nodes);
   weighting.take_union(common.nodes);
   NullDifference unchanged_at_nodes;
-  if (options.noise_floor) unchanged_at_nodes = unite(std::exchange(unchanged, {}), common.nodes);
+  if (options.noise_floor) {
+    unchanged_at_nodes = unite(std::exchange(unchanged, {}), common.nodes);
+    stages::warn_of_shared_nodes(common.nodes, c);
+  }
   c.cells = stages::make_cells(std::move(common), bends ? a : std::move(a), bends ? b : std::move(b), a_in_2, b_in_1,
                                borders, f2_at_a, f1_at_b, area.clip(), c);
 

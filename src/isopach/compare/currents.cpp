@@ -51,7 +51,11 @@ SurfaceCurrent current_in_domain(const OverlayMesh& m, const OverlayMesh& other,
 void check_currents(const CompareOptions& options) {
   const CurrentsOptions& o = options.currents;
   if (!asked(options)) {
-    if (o.sigma != 0) throw UsageError("--sigma: it is the width of the kernel of currents: add --measure currents");
+    if (o.sigma != 0)
+      throw UsageError(
+          "--sigma: it is the width of the kernel of currents: add --measure currents; the noise of the scans is given "
+          "by "
+          "--sigma1 and --sigma2");
     if (o.error != CurrentsOptions{}.error) throw UsageError("--currents-error: it needs --measure currents");
     return;
   }

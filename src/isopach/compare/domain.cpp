@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 
 #include "isopach/io/crs.hpp"
 #include "isopach/io/polygons.hpp"
@@ -68,6 +69,36 @@ Region region_of(Polygon polygon, const std::string& path, const Frame& frame, s
   return region;
 }
 
+Box2 box_of(const std::vector<Region>& regions, const Frame& frame) {
+  Box2 box;
+  for (const Region& region : regions)
+    for (const Edge& e : region.edges)
+      for (const Point2& p : {e.a, e.b}) {
+        const Point3 at = frame.to_input({p.x, p.y, 0});
+        box.add(Point2{at.x, at.y});
+      }
+  return box;
+}
+
+// Longitudes and latitudes beside scans that are projected: polygons of GeoJSON without a named CRS are, by its
+// standard, in degrees.
+void check_degrees(const std::string& option, const std::string& path, const Box2& polygons, const Box3& scans) {
+  if (polygons.empty() || scans.empty()) return;
+  const double largest =
+      std::max({std::fabs(scans.min.x), std::fabs(scans.max.x), std::fabs(scans.min.y), std::fabs(scans.max.y)});
+  const bool may_be_degrees =
+      polygons.min.x >= -180 && polygons.max.x <= 360 && polygons.min.y >= -90 && polygons.max.y <= 90;
+  const bool apart = polygons.max.x < scans.min.x || scans.max.x < polygons.min.x || polygons.max.y < scans.min.y ||
+                     scans.max.y < polygons.min.y;
+  if (!may_be_degrees || !apart || !(largest > 360)) return;
+  throw InputError(fmt::format(
+      "{}: {}: its coordinates look like degrees (longitude {:.6g} to {:.6g}, latitude {:.6g} to {:.6g}), those of the "
+      "scans do not (x {:.10g} to {:.10g}, y {:.10g} to {:.10g}): reproject it to the CRS of the scans (ogr2ogr -s_srs "
+      "EPSG:4326 -t_srs CRS)",
+      path, option, polygons.min.x, polygons.max.x, polygons.min.y, polygons.max.y, scans.min.x, scans.max.x,
+      scans.min.y, scans.max.y));
+}
+
 class Reader {
  public:
   Reader(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
@@ -79,6 +110,9 @@ class Reader {
     std::vector<Region> regions;
     for (const std::string& path : paths) {
       NamedRegions file = read_regions(option, path, c_.frame, crs_, options_.allow_crs, c_.warnings, context_);
+      Box3 scans = c_.a.bounds;
+      scans.add(c_.b.bounds);
+      check_degrees(option, path, box_of(file.regions, c_.frame), scans);
       for (Region& region : file.regions) regions.push_back(std::move(region));
       if (rows == nullptr) continue;
       for (std::string& name : file.names) {
@@ -120,6 +154,26 @@ class Reader {
 std::vector<Region> joined(std::vector<Region> first, std::vector<Region> second) {
   for (Region& r : second) first.push_back(std::move(r));
   return first;
+}
+
+}  // namespace
+
+namespace {
+
+void warn_of_empty_rows(Comparison& c) {
+  constexpr std::size_t most_names = 5;
+  std::size_t empty = 0;
+  std::string names;
+  for (const BudgetRow& row : c.budget) {
+    if (row.area > 0) continue;
+    if (empty++ < most_names) names += (names.empty() ? "'" : ", '") + row.name + "'";
+  }
+  if (empty == 0) return;
+  if (empty > most_names) names += ", …";
+  c.warnings.push_back(fmt::format(
+      "{} of {} polygons hold no part of the area compared, so nothing was measured in them ({}): check their "
+      "coordinates, and on the map whether both scans reach them",
+      empty, c.budget.size(), names));
 }
 
 }  // namespace
@@ -166,6 +220,7 @@ void AreaOfInterest::fill(const std::vector<RegionSums>& sums, Comparison& c) co
     if (row.area > 0) row.mean = row.volume.net / row.area, row.rho = row.volume.absolute / row.area;
     row.coverage = row.polygon_area > 0 ? std::min(1.0, row.area / row.polygon_area) : 0;
   }
+  warn_of_empty_rows(c);
 }
 
 void AreaOfInterest::fill_budget(const Overlay& overlay, Comparison& c, const Context& context) const {

@@ -13,6 +13,12 @@
 
 namespace isopach::stages {
 
+namespace {
+
+constexpr double least_shared = 0.5;  // of the nodes of the smaller scan: below, most of d is interpolated
+
+}  // namespace
+
 bool Noise::has_sigmas() const { return !sigma_[0].empty(); }
 bool Noise::has_model() const { return options_.uncertainty.model != UncertaintyModel::none; }
 
@@ -73,6 +79,22 @@ void check_uncertainty(const UncertaintyOptions& o) {
     throw UsageError("--correlation-range: needs the noise of both scans, --sigma1 and --sigma2");
   if ((o.registration_error > 0 || o.registration_covariance) && o.model != Model::registration)
     throw UsageError("--registration-error: acts in --uncertainty-model registration alone");
+}
+
+void warn_of_shared_nodes(const UnitedNodes& nodes, Comparison& c) {
+  std::size_t shared = 0, of_1 = 0, of_2 = 0;
+  for (std::size_t i = 0; i < nodes.xy.size(); ++i) {
+    const bool in_1 = nodes.of_1[i] != no_index, in_2 = nodes.of_2[i] != no_index;
+    of_1 += in_1 ? 1 : 0, of_2 += in_2 ? 1 : 0, shared += in_1 && in_2 ? 1 : 0;
+  }
+  const double share =
+      static_cast<double>(shared) / static_cast<double>(std::max<std::size_t>(1, std::min(of_1, of_2)));
+  if (share < least_shared) return;
+  c.warnings.push_back(fmt::format(
+      "the noise floor is too high here, and what was taken off by it too much: {:.0f} % of the nodes of {} lie on "
+      "nodes of the other scan, where nothing is interpolated and relief that both hold alike cancels: go by the raw "
+      "numbers",
+      100 * share, of_1 <= of_2 ? "A" : "B"));
 }
 
 void Noise::take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b) {
@@ -278,7 +300,13 @@ void Noise::describe(Comparison& c) {
     }
     u.lod = *least == *most ? *least : std::clamp(sum.value() / area.value(), *least, *most);
   }
-  if (has_model()) describe_volumes(c);
+  if (has_model()) {
+    describe_volumes(c);
+  } else if (has_sigmas()) {
+    c.warnings.emplace_back(
+        "--sigma1 and --sigma2 without --uncertainty-model give a level of detection, but no standard deviation of the "
+        "volumes: add --uncertainty-model independent, or correlated with --correlation-range");
+  }
 }
 
 }  // namespace isopach::stages

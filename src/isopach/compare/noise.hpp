@@ -74,4 +74,8 @@ class Noise {
   std::optional<Detected> overlay_detected_;
 };
 
+/// Says that the noise floor is too high where most nodes of one scan lie on nodes of the other: two rasters on one
+/// grid, a scan and its edited copy. What both hold alike at the same places is in no difference, but in the floor.
+void warn_of_shared_nodes(const UnitedNodes& nodes, Comparison& c);
+
 }  // namespace isopach::stages

@@ -334,7 +334,7 @@ Crs las_crs(const LasFile& file, std::vector<std::string>& notes) {
   if (crs.name.empty()) crs = wkt_from("LASF_Projection");
   if (crs.name.empty()) crs = wkt_from("liblas");
   if (crs.name.empty() && (keys.size() > 8 || !data("LASF_Projection", 2112).empty()))
-    notes.emplace_back("the coordinate reference system of the file is not understood: the units are unknown");
+    notes.emplace_back("the coordinate reference system of the file is not understood, so it says no unit");
   return crs;
 }
 

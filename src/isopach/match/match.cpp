@@ -27,6 +27,9 @@ namespace isopach {
 
 namespace {
 
+/// Whether it is of heights over a plane; pairs of points are of space, and need no height field.
+bool of_surfaces(Objective objective) { return objective == Objective::measure || objective == Objective::currents; }
+
 Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.rms, c.coverage}; }
 
 /// MOVING (as B) on FIXED (as A) where it starts: the scans as meshes, and how they lie on one another if that is
@@ -38,12 +41,14 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   ScanMeshes meshes;
   if (m.options.judge) {
     clock.start("before");
+    options.check_layers = false;  // the comparison after it does
     Comparison before = compare(fixed, moving, options, context, meshes);
     m.before = fit_of(before);
     if (m.options.keep_comparisons) m.comparison_before = std::move(before);
     return meshes;
   }
   Comparison c;
+  options.check_layers = options.check_layers && of_surfaces(m.options.objective);
   c.options = options;
   stages::check_options(options);
   stages::check_weight(options);
@@ -114,7 +119,7 @@ Matching search_once(const Cloud& moving, const Cloud& fixed, const MatchOptions
   Matching m;
   m.options = options;
   ScanMeshes meshes = at_start(moving, fixed, m, clock, context);
-  if (options.objective == Objective::measure || options.objective == Objective::currents)
+  if (of_surfaces(options.objective))
     match_surfaces(moving, fixed, std::move(meshes), m, clock, context);
   else
     match_points(moving, fixed, m, clock, context);
@@ -280,6 +285,7 @@ class Run {
     clock_.start("after");
     CompareOptions there = options_.compare;
     there.pose = m.pose;
+    there.check_layers = there.check_layers && of_surfaces(options_.objective);
     Comparison after = compare(fixed_, moving_, there, context_);
     m.after = fit_of(after);
     std::vector<std::string> own;

@@ -52,6 +52,17 @@ class Page : public HtmlPage {
 
  private:
   [[nodiscard]] std::string unit(int power) const { return measured_unit(c_, power); }
+  // With no more digits than a standard deviation carries, where one is known.
+  [[nodiscard]] std::string plain(const std::string& key) const { return datum(key, told(c_, key, value(key), fine)); }
+  [[nodiscard]] std::string with_sign(const std::string& key) const {
+    return datum(key, told(c_, key, value(key), fine, true));
+  }
+  [[nodiscard]] std::string quantity(const std::string& key, double magnitude, int power) const {
+    return datum(key, told(c_, key, magnitude, fine)) + "\u00a0" + unit(power);
+  }
+  [[nodiscard]] Quantity quantities() const {
+    return [this](const std::string& key, double magnitude, int power) { return quantity(key, magnitude, power); };
+  }
 
   // --- sections, in the order of the page ---------------------------------------------------------------------------
 
@@ -63,10 +74,7 @@ class Page : public HtmlPage {
   void head() {
     const std::string names = escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b));
     out_ += "<header>\n<h1>" + (look_.title.empty() ? names : escaped(look_.title)) + "</h1>\n";
-    const auto quantity = [&](const std::string& key, double magnitude, int power) {
-      return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
-    };
-    out_ += "<p class=\"lead\">" + headline(c_, quantity) + "</p>\n";
+    out_ += "<p class=\"lead\">" + headline(c_, quantities()) + "</p>\n";
     if (matched_ != nullptr) {
       out_ += "<p class=\"lead\">" + escaped(moved_sentence(*matched_, "B", fine)) + ".</p>\n";
       if (matched_->verdict)
@@ -74,7 +82,7 @@ class Page : public HtmlPage {
                 "</strong>.</p>\n";
     }
     if (c_.uncertainty.sigma)
-      out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantity).front()) + "</p>\n";
+      out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantities()).front()) + "</p>\n";
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +
             (c_.unit == "unknown" ? ". Lengths: " : ". Lengths in ") + unit_sentence(c_.unit) +
             (height_unit(c_) == c_.unit ? "" : ", heights in " + unit_sentence(height_unit(c_))) +
@@ -162,8 +170,8 @@ class Page : public HtmlPage {
       row("lost, weighted", plain("measure.weight.below"), unit(3), "likewise where B lies below A");
       row("net, weighted", with_sign("measure.weight.net"), unit(3), "the first less the second");
       row("∫ of the weight", plain("measure.weight.integral"), unit(2), "weighted net ÷ this: the weighted mean of d");
-      row("error of ρ, weighted", plain("measure.weight.error_estimate"), unit(1),
-          "of the integration; 0 in closed form");
+      if (is_seen(value("measure.weight.error_estimate"), value("measure.weight.rho")))
+        row("error of ρ, weighted", plain("measure.weight.error_estimate"), unit(1), "of the integration alone");
     }
     row("mean d", with_sign("difference.mean"), unit(1), "net volume ÷ area: the offset of B from A (bias)");
     row("median d", with_sign("difference.median"), unit(1), "half of the area has a smaller d");
@@ -180,8 +188,9 @@ class Page : public HtmlPage {
     row("area compared", plain("domain.area"), unit(2), "where both surfaces are known, seen along the direction");
     row("area of both", plain("domain.area_union"), unit(2), "covered by at least one of the scans");
     row("coverage", percent("domain.coverage"), "%", "area compared ÷ area of both");
-    row("error of the integral", plain("measure.error_estimate"), unit(1),
-        "of ρ, by the integration alone; 0 where it is in closed form. Noise of the scans is not in it");
+    if (is_seen(value("measure.error_estimate"), value("measure.rho")))
+      row("error of the integral", plain("measure.error_estimate"), unit(1),
+          "of ρ, by the integration alone. Noise of the scans is not in it");
     if (at("surfaces").is_object()) {
       row("gained, exact overlay", plain("surfaces.overlay.above"), unit(3),
           "the same between the two triangulations themselves, not over the common one");
@@ -194,9 +203,7 @@ class Page : public HtmlPage {
   }
 
   void uncertainty() {
-    const auto sentences = uncertainty_sentences(c_, [&](const std::string& key, double magnitude, int power) {
-      return datum(key, number(magnitude, fine)) + "\u00a0" + unit(power);
-    });
+    const auto sentences = uncertainty_sentences(c_, quantities());
     if (!c_.uncertainty.sigma && !c_.uncertainty.detected)
       out_ += "<p class=\"soft\">No error of the scanners was given, so none is claimed here.</p>\n";
     if (sentences.empty()) return;
@@ -337,6 +344,10 @@ class Page : public HtmlPage {
          [&](const std::string& in) { return percent(in + "layered_share") + "\u00a0% of the area"; });
     line("unit", [&](const std::string& in) {
       const std::string plane = at(in + "unit").get<std::string>(), up = at(in + "vertical_unit").get<std::string>();
+      if (!c_.options.unit.empty()) {
+        const std::string named = plane == "unknown" ? "none" : escaped(unit_text(plane));
+        return escaped(unit_text(c_.unit)) + " (as --unit says; in the file: " + named + ")";
+      }
       return escaped(unit_sentence(plane)) + (up == plane ? "" : "; heights: " + escaped(unit_sentence(up)));
     });
     line("coordinate system", words("crs"));

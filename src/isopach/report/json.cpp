@@ -260,7 +260,8 @@ std::string histogram_csv(const Comparison& c) {
 }
 
 std::string budget_csv(const Comparison& c) {
-  std::string out = "name,above,below,net,absolute,area,mean,rho,polygon_area,coverage,file\n";
+  // The words of the summary and the report for what result.json calls above, below and absolute.
+  std::string out = "name,gained,lost,net,gross,area,mean,rho,polygon_area,coverage,file\n";
   const Json rows = budget_json(c);
   for (const Json& row : rows) {
     out += csv_field(row["name"].get<std::string>());

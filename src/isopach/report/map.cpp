@@ -10,6 +10,7 @@
 #include "isopach/report/hillshade.hpp"
 #include "isopach/report/palette.hpp"
 #include "isopach/report/raster.hpp"
+#include "isopach/report/uncertainty.hpp"
 #include "isopach/report/words.hpp"
 
 namespace isopach {
@@ -230,6 +231,14 @@ class Map {
     height_ = static_cast<int>(std::lround(foot_y_ + 74 * s_));
   }
 
+  /// Under the hull rule a scan counts as far as its hull goes, points or not.
+  [[nodiscard]] std::string left_out_words() const {
+    const bool hull = c_.options.border == BorderRule::hull;
+    return std::string(hull ? "in the hull of a scan" : "scanned") + ", but not compared (" +
+           (c_.cells.unclipped.empty() ? hull ? "outside that of the other)" : "one scan has no points here)"
+            : hull                     ? "outside that of the other, or cut off)"
+                                       : "one scan only, or cut off)");
+  }
   [[nodiscard]] bool direction_is_z() const {
     return c_.frame.rotation[6] == 0 && c_.frame.rotation[7] == 0 && c_.frame.rotation[8] == 1;
   }
@@ -247,10 +256,11 @@ class Map {
     const std::string volumes = !words.headline.empty() ? words.headline
                                 : shows_no_difference(c_)
                                     ? std::string("no difference")
-                                    : "net " + with_unit(signed_number(v.net, fine), 3) + "   ·   gained " +
-                                          with_unit(number(v.above, fine), 3) + "   ·   lost " +
-                                          with_unit(number(v.below, fine), 3) + "   ·   mean |d| (ρ) " +
-                                          with_unit(number(c_.measures.rho, fine), 1);
+                                    : "net " + with_unit(told(c_, "volume.net", v.net, fine, true), 3) +
+                                          "   ·   gained " + with_unit(told(c_, "volume.above", v.above, fine), 3) +
+                                          "   ·   lost " + with_unit(told(c_, "volume.below", v.below, fine), 3) +
+                                          "   ·   mean |d| (ρ) " +
+                                          with_unit(told(c_, "measure.rho", c_.measures.rho, fine), 1);
     canvas.text(x, 95 * s_, canvas.fitted(volumes, strong, room), strong);
     const std::string where = where_compared(c_);
     canvas.text(x, 125 * s_, canvas.fitted(words.where.empty() ? where : words.where, soft, room), soft);
@@ -413,11 +423,7 @@ class Map {
       key(noise_colour, false, "within the level of detection, ±" + with_unit(number(*c_.uncertainty.lod, fine), 1));
     else
       key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
-    if (has_footprint_)
-      key(footprint, true,
-          !words.left_out.empty()      ? words.left_out
-          : c_.cells.unclipped.empty() ? "scanned, but not compared (one scan has no points here)"
-                                       : "scanned, but not compared (one scan only, or cut off)");
+    if (has_footprint_) key(footprint, true, !words.left_out.empty() ? words.left_out : left_out_words());
     const std::string reach = shows_no_difference(c_)      ? ""
                               : is_paired_                 ? "colours as on the map beside it; "
                               : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "

@@ -145,7 +145,8 @@ class Page : public HtmlPage {
       out_ += "<tr><th scope=\"row\">" + escaped(at(in + "role").get<std::string>()) + "</th><td class=\"wrap\">" +
               escaped(at(in + "path").get<std::string>()) + "</td><td class=\"n\">" + whole(in + "points") +
               "</td><td class=\"n\">" + whole(in + "nodes") + "</td><td>" +
-              escaped(unit_sentence(at(in + "unit").get<std::string>())) + "</td></tr>\n";
+              escaped(unit_sentence(r_.options.compare.unit.empty() ? at(in + "unit").get<std::string>() : r_.unit)) +
+              "</td></tr>\n";
     }
     close_table();
   }

@@ -63,18 +63,29 @@ void add_truth(Summary& s, const Truth& truth, const Measures& m) {
   s.line("", noise_note);
 }
 
+std::string interval_remark(const Comparison& c) {
+  const auto interval = net_interval(c);
+  if (!interval) return "";
+  return fmt::format("; {:.6g} %: {} to {}", 100 * c.options.uncertainty.confidence,
+                     told(c, "uncertainty.interval_net.0", interval->first, plain, true),
+                     told(c, "uncertainty.interval_net.1", interval->second, plain, true));
+}
+
 void add_budget(Summary& s, const Comparison& c) {
   constexpr std::size_t most_rows = 20;
   if (c.budget.empty()) return;
-  s.line("by polygon", fmt::format("{:>14}{:>14}{:>14}{:>14}{:>12}", "gained", "lost", "net", "area", "mean d"));
+  s.line("by polygon",
+         fmt::format("{:>14}{:>14}{:>14}{:>14}{:>12}{:>10}", "gained", "lost", "net", "area", "mean d", "measured"));
   const auto n = [](double v) { return number(v, plain); };
   for (std::size_t i = 0; i < std::min(most_rows, c.budget.size()); ++i) {
     const BudgetRow& r = c.budget[i];
     s.line("  " + clean_utf8(r.name),
-           fmt::format("{:>14}{:>14}{:>14}{:>14}{:>12}", n(r.volume.above), n(r.volume.below),
-                       signed_number(r.volume.net, plain), n(r.area), r.area > 0 ? signed_number(r.mean, plain) : "-"));
+           fmt::format("{:>14}{:>14}{:>14}{:>14}{:>12}{:>8} %", n(r.volume.above), n(r.volume.below),
+                       signed_number(r.volume.net, plain), n(r.area), r.area > 0 ? signed_number(r.mean, plain) : "-",
+                       fixed_number(100 * r.coverage, 1, plain)));
   }
-  s.line("", fmt::format("in {}, {}, {}", measured_unit(c, 3), measured_unit(c, 2), measured_unit(c, 1)));
+  s.line("", fmt::format("in {}, {}, {}; measured: the part of the polygon that was compared", measured_unit(c, 3),
+                         measured_unit(c, 2), measured_unit(c, 1)));
   if (c.budget.size() > most_rows)
     s.line("", fmt::format("and {} more in result.json and budget.csv (-o DIR)",
                            count(c.budget.size() - most_rows, plain)));
@@ -87,19 +98,20 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   const DifferenceStatistics& d = m.difference;
   Summary s(c);
   const auto n = [](double v) { return number(v, plain); };
-  s.free_line(
-      headline(c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); }) +
-      (matched != nullptr ? " " + moved_briefly(*matched, "B", plain) + " first." : ""));
+  const auto quantity = [&](const std::string& key, double v, int power) {
+    return told(c, key, v, plain) + " " + measured_unit(c, power);
+  };
+  s.free_line(headline(c, quantity) + (matched != nullptr ? " " + moved_briefly(*matched, "B", plain) + " first." : ""));
   if (matched != nullptr) {
     s.line("moved", moved_sentence(*matched, "B", plain));
     if (matched->verdict) s.line("verdict", sentence(*matched->verdict, unit_text(matched->unit)));
   }
   add_input(s, c.a);
   add_input(s, c.b);
-  s.value("gained", n(m.volume.above), 3, "volume where B lies above A");
-  s.value("lost", n(m.volume.below), 3, "volume where B lies below A");
-  s.value("net", signed_number(m.volume.net, plain), 3, "gained - lost");
-  s.value("mean |d| (rho)", n(m.rho), 1, "(gained + lost) / area");
+  s.value("gained", told(c, "volume.above", m.volume.above, plain), 3, "volume where B lies above A");
+  s.value("lost", told(c, "volume.below", m.volume.below, plain), 3, "volume where B lies below A");
+  s.value("net", told(c, "volume.net", m.volume.net, plain, true), 3, "gained - lost" + interval_remark(c));
+  s.value("mean |d| (rho)", told(c, "measure.rho", m.rho, plain), 1, "(gained + lost) / area");
   if (tells_detail(c))
     s.value("rho_dV", n(c.detail->rho), 1,
             std::string("the same without detail that ") + (c.detail->coarser_is_b ? "A" : "B") + " alone can hold");
@@ -112,10 +124,12 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   if (c.weighted) {
     const WeightedMeasures& w = *c.weighted;
     s.line("weight", clean_utf8(to_text(c.options.weight)));
-    s.value("weighted rho", n(w.rho), 1, "(weighted gained + lost) / area, within " + n(w.error_estimate));
+    s.value("weighted rho", n(w.rho), 1,
+            "(weighted gained + lost) / area" +
+                (is_seen(w.error_estimate, w.rho) ? ", within " + n(w.error_estimate) : ""));
     s.value("weighted net", signed_number(w.net, plain), 3, "gained " + n(w.above) + ", lost " + n(w.below));
   }
-  s.value("mean d", signed_number(d.mean, plain), 1, "d = B - A, positive where B lies above A");
+  s.value("mean d", told(c, "difference.mean", d.mean, plain, true), 1, "d = B - A, positive where B lies above A");
   s.value("rms of d", n(d.rms), 1, "std " + n(d.std) + ", nmad " + n(d.nmad));
   std::string others;
   for (const Percentile& p : all_percentiles(d))
@@ -134,8 +148,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   }
   s.line("border", border_sentence(c));
   add_budget(s, c);
-  const auto sentences = uncertainty_sentences(
-      c, [&](const std::string&, double v, int power) { return n(v) + " " + measured_unit(c, power); });
+  const auto sentences = uncertainty_sentences(c, quantity);
   for (std::size_t i = 0; i < sentences.size(); ++i) s.line(i == 0 ? "uncertainty" : "", sentences[i]);
   if (truth) add_truth(s, *truth, m);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));

@@ -2,11 +2,19 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 namespace isopach {
 
 namespace {
+
+/// Of the number rounded to its significant digits: 99.9999 counts as 100.
+int exponent_of(double magnitude, int significant) {
+  const std::string rounded = fmt::format("{:.{}e}", magnitude, significant - 1);
+  return std::stoi(rounded.substr(rounded.find('e') + 1));
+}
 
 std::string percent_text(double share) { return fmt::format("{:.6g} %", 100 * share); }
 
@@ -24,6 +32,25 @@ std::string model_words(const UncertaintyOptions& o) {
   return "";
 }
 
+std::string interval_words(const Comparison& c, const Quantity& quantity) {
+  const auto [from, to] = *net_interval(c);
+  return quantity("uncertainty.interval_net.0", from, 3) + " and " + quantity("uncertainty.interval_net.1", to, 3);
+}
+
+/// Of a value of result.json, 0 where none is known. Of the gross: as if gained and lost erred alone.
+double deviation_of(const Comparison& c, const std::string& key) {
+  if (!c.uncertainty.sigma) return 0;
+  const VolumeTriple& s = *c.uncertainty.sigma;
+  const double area = c.domain_area, gross = std::hypot(s.above, s.below);
+  if (key == "volume.net" || key.rfind("uncertainty.interval_net", 0) == 0) return s.net;
+  if (key == "volume.above") return s.above;
+  if (key == "volume.below") return s.below;
+  if (key == "volume.absolute") return gross;
+  if (key == "difference.mean") return area > 0 ? s.net / area : 0;
+  if (key == "measure.rho") return area > 0 ? gross / area : 0;
+  return 0;
+}
+
 std::string net_sentence(const Comparison& c, const Quantity& quantity) {
   const std::string confidence = percent_text(c.options.uncertainty.confidence);
   const std::string verdict = net_is_significant(c)
@@ -31,7 +58,7 @@ std::string net_sentence(const Comparison& c, const Quantity& quantity) {
                                                                : "the net change is a loss at " + confidence)
                                   : "the net change is not distinguishable from zero at " + confidence;
   return verdict + ": its standard deviation is " + quantity("uncertainty.sigma_net", c.uncertainty.sigma->net, 3) +
-         " (" + model_words(c.options.uncertainty) + ")";
+         " (" + model_words(c.options.uncertainty) + "), it lies between " + interval_words(c, quantity);
 }
 
 std::string level_sentence(const Comparison& c, const Quantity& quantity) {
@@ -47,6 +74,27 @@ std::string level_sentence(const Comparison& c, const Quantity& quantity) {
 }
 
 }  // namespace
+
+std::string number_within(double value, double deviation, Typography typography) {
+  if (!std::isfinite(value) || !std::isfinite(deviation) || !(deviation > 0)) return number(value, typography);
+  const int place = exponent_of(deviation, 2) - 1;
+  const double step = std::pow(10.0, std::abs(place));
+  const double rounded = place < 0 ? std::round(value * step) / step : std::round(value / step) * step;
+  if (!std::isfinite(rounded) || rounded == 0) return rounded == 0 ? "0" : number(value, typography);
+  const int digits = exponent_of(std::fabs(rounded), 15) - place + 1;
+  return number(rounded, typography, std::clamp(digits, 1, 15));
+}
+
+std::string told(const Comparison& c, const std::string& key, double value, Typography typography, bool sign) {
+  std::string text;
+  if (key.rfind("uncertainty.sigma_", 0) == 0)
+    text = number_within(value, value, typography);
+  else
+    text = number_within(value, deviation_of(c, key), typography);
+  return sign && value > 0 && text != "0" ? "+" + text : text;
+}
+
+bool is_seen(double error, double value) { return error > 1e-6 * std::fabs(value); }
 
 std::optional<std::pair<double, double>> net_interval(const Comparison& c) {
   if (!c.uncertainty.sigma) return std::nullopt;

@@ -127,8 +127,11 @@ std::string unit_sentence(const std::string& unit) {
 std::string border_sentence(const Comparison& c) {
   const std::string rule = to_text(c.options.border);
   if (c.trimmed_area == 0) return rule + ": nothing left out";
-  return fmt::format("{}: {:.2g} % of the area and {:.2g} % of the volume left out as not sampled", rule,
-                     100 * c.trimmed_area, 100 * c.trimmed_volume);
+  return fmt::format(
+      "{}: {:.2g} % of the area left out, triangles that bridge places without points{}", rule, 100 * c.trimmed_area,
+      c.trimmed_volume > 0
+          ? fmt::format("; with them, {:.2g} % of the gross volume would be theirs", 100 * c.trimmed_volume)
+          : std::string());
 }
 
 std::string clean_utf8(std::string_view text) {

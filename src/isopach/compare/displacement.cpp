@@ -1,0 +1,156 @@
+#include "isopach/compare/displacement.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+#include <utility>
+#include <vector>
+
+namespace isopach {
+
+namespace {
+
+constexpr std::size_t looked_at = 40000, most_places = 5000, least_places = 30;
+constexpr int rounds = 12;
+constexpr double least_gain = 3;  // times that the median of |d| must fall
+constexpr int terms = 5;          // 1, x, y, slope along x, slope along y
+
+struct Place {
+  double area = 0, d = 0;
+  std::array<double, terms> term{};
+};
+
+/// Some nodes of the domain in their order, with the area round each and the slopes of A there. x and y are relative to
+/// their middle and divided by their reach, so that all terms are of one size.
+struct Places {
+  std::vector<Place> all;
+  double reach = 1;
+};
+
+struct AtNode {
+  double area = 0, slope_x = 0, slope_y = 0;
+};
+
+/// Of every step-th node. By the order of the nodes, which is the same however T was made.
+std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
+  std::vector<AtNode> nodes((cells.xy.size() + step - 1) / step);
+  for (std::size_t t = 0; t < cells.t.real; ++t) {
+    const auto& v = cells.t.triangles[t].v;
+    if (cells.in_domain[t] == 0 || (v[0] % step != 0 && v[1] % step != 0 && v[2] % step != 0)) continue;
+    const Point2 &p = cells.xy[v[0]], &q = cells.xy[v[1]], &r = cells.xy[v[2]];
+    const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
+    if (!(twice > 0)) continue;
+    const double u = cells.z1[v[1]] - cells.z1[v[0]], w = cells.z1[v[2]] - cells.z1[v[0]];
+    for (const Index node : v) {  // slope · area, so that no sliver counts for more than it is
+      if (node % step != 0) continue;
+      AtNode& at = nodes[node / step];
+      at.area += twice / 6;
+      at.slope_x += (u * by - w * ay) / 6;
+      at.slope_y += (ax * w - bx * u) / 6;
+    }
+  }
+  return nodes;
+}
+
+Places places_of(const CellView& cells) {
+  const std::size_t coarse = cells.xy.size() / looked_at + 1;
+  const std::vector<AtNode> nodes = at_nodes(cells, coarse);
+  const auto used = static_cast<std::size_t>(
+      std::count_if(nodes.begin(), nodes.end(), [](const AtNode& node) { return node.area > 0; }));
+  const std::size_t step = used / most_places + 1;
+  Places places;
+  std::size_t seen = 0;
+  double area = 0, x = 0, y = 0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    const AtNode& node = nodes[i];
+    if (!(node.area > 0) || seen++ % step != 0) continue;
+    const std::size_t of_t = i * coarse;
+    const Point2& at = cells.xy[of_t];
+    places.all.push_back({node.area,
+                          cells.z2[of_t] - cells.z1[of_t],
+                          {1, at.x, at.y, node.slope_x / node.area, node.slope_y / node.area}});
+    area += node.area, x += node.area * at.x, y += node.area * at.y;
+  }
+  double reach = 0;
+  for (Place& p : places.all) {
+    p.term[1] -= x / area, p.term[2] -= y / area;
+    reach = std::max({reach, std::fabs(p.term[1]), std::fabs(p.term[2])});
+  }
+  if (!(reach > 0)) return {};
+  for (Place& p : places.all) p.term[1] /= reach, p.term[2] /= reach;
+  places.reach = reach;
+  return places;
+}
+
+/// Median of |residual| by area.
+double median_of(std::vector<std::pair<double, double>>& residual_and_area) {
+  std::sort(residual_and_area.begin(), residual_and_area.end());
+  double all = 0, seen = 0;
+  for (const auto& [residual, area] : residual_and_area) all += area;
+  for (const auto& [residual, area] : residual_and_area)
+    if ((seen += area) >= all / 2) return residual;
+  return 0;
+}
+
+using Motion = std::array<double, terms>;
+
+double median_residual(const Places& places, const Motion& motion) {
+  std::vector<std::pair<double, double>> residuals;
+  residuals.reserve(places.all.size());
+  for (const Place& p : places.all) {
+    double r = p.d;
+    for (int k = 0; k < terms; ++k) r -= motion[k] * p.term[k];
+    residuals.emplace_back(std::fabs(r), p.area);
+  }
+  return median_of(residuals);
+}
+
+/// Least absolute deviations of the first `n` terms.
+Motion fitted(const Places& places, int n) {
+  Motion motion{};
+  double scale = 0;  // residuals below it count alike: none at first, so that the first round is of least squares
+  for (int round = 0; round < rounds; ++round) {
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(n, n);
+    Eigen::VectorXd right = Eigen::VectorXd::Zero(n);
+    for (const Place& p : places.all) {
+      double r = p.d;
+      for (int k = 0; k < n; ++k) r -= motion[k] * p.term[k];
+      const double weight = p.area / (round == 0 || scale == 0 ? 1 : std::max(std::fabs(r), scale));
+      for (int i = 0; i < n; ++i) {
+        right[i] += weight * p.term[i] * p.d;
+        for (int j = 0; j < n; ++j) normal(i, j) += weight * p.term[i] * p.term[j];
+      }
+    }
+    // Slopes that are the same everywhere (a plane) leave the shift open: it stays 0 then.
+    const Eigen::VectorXd found = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(normal).solve(right);
+    for (int k = 0; k < n; ++k) motion[k] = found[k];
+    scale = median_residual(places, motion) / 10;
+    if (scale == 0) break;
+  }
+  return motion;
+}
+
+}  // namespace
+
+std::optional<Displacement> plain_displacement(const Comparison& c) {
+  const Places places = places_of(c.cells.view());
+  if (places.all.size() < least_places) return std::nullopt;
+  Displacement found;
+  found.before = median_residual(places, {});
+  if (!(found.before > 0)) return std::nullopt;
+  using Kind = Displacement::Kind;
+  for (const auto& [kind, n] : {std::pair{Kind::offset, 1}, std::pair{Kind::tilt, 3}, std::pair{Kind::shift, 5}}) {
+    const Motion motion = fitted(places, n);
+    const double after = median_residual(places, motion);
+    if (!(least_gain * after <= found.before)) continue;
+    found.kind = kind;
+    found.after = after;
+    found.offset = motion[0];
+    found.tilt = std::atan(std::hypot(motion[1], motion[2]) / places.reach);
+    found.shift = std::hypot(motion[3], motion[4]);
+    return found;
+  }
+  return std::nullopt;
+}
+
+}  // namespace isopach

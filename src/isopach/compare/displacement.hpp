@@ -1,0 +1,34 @@
+// displacement: whether B lies off A as a whole, as it does where two scans were never put into one frame.
+//
+// Such a d is, nearly everywhere, that of a small motion of B: an offset along the direction, a tilt, and what a shift
+// across the direction makes of the slopes of the surface. It is fitted to d at the nodes by least absolute deviations
+// (reweighted least squares, weights by area), which a change of less than half of the area hardly moves; whether it
+// is there is asked of the medians of |d| with and without it, which such a change hardly moves either.
+#pragma once
+#include <optional>
+
+#include "isopach/compare/comparison.hpp"
+
+namespace isopach {
+
+/// In the frame of the comparison, at the middle of the area compared; d ≈ offset + what the tilt and the shift add.
+struct Displacement {
+  enum class Kind {
+    offset,
+    tilt,
+    shift
+  } kind = Kind::offset;  ///< the simplest that explains d; each holds those before
+  double offset = 0;      ///< of B along the direction, unit of heights
+  double tilt = 0;        ///< radians
+  double shift = 0;       ///< of B across the direction, unit of x and y
+  double before = 0;      ///< median of |d| by area as measured, unit of heights
+  double after = 0;       ///< the same without the displacement
+};
+
+/// The simplest displacement that takes the median of |d| down to a third or less, or nothing: where the scans agree,
+/// where they differ by noise alone, where a part of the surface changed, and where less than 30 nodes are compared. A
+/// surface that has risen or sunk by the same everywhere cannot be told from a displaced scan, and is found, too. At
+/// most 5000 nodes are looked at. Cost O(cells). Test: tests/compare/displacement_test.cpp.
+[[nodiscard]] std::optional<Displacement> plain_displacement(const Comparison& c);
+
+}  // namespace isopach
