@@ -142,7 +142,7 @@ def bunny(moving, fixed):
         poses = {}
         for line in (source.data / "stanford-bunny-range/bun.conf").read_text().splitlines():
             words = line.split()
-            if words[0] == "bmesh":  # the rotation is that of the conjugate quaternion
+            if words[:1] == ["bmesh"]:  # the rotation is that of the conjugate quaternion
                 x, y, z, w = map(float, words[5:9])
                 poses[words[1][:6]] = geometry.by_quaternion(list(map(float, words[2:5])), -x, -y, -z, w)
         a, b = (source.points(f"stanford-bunny-range/{n}.ply") for n in (moving, fixed))
