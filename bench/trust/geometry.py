@@ -118,8 +118,10 @@ def visible(points, normals, towards):
     flat = np.c_[points @ side, points @ np.cross(towards, side)]
     depth = points @ towards
     spacing = np.median(cKDTree(points).query(points, 7)[0][:, 6])
-    near = cKDTree(flat).query_ball_point(flat, 1.2 * spacing)
-    front = np.array([depth[n].max() for n in near])
+    a, b = cKDTree(flat).query_pairs(1.2 * spacing, output_type="ndarray").T
+    front = depth.copy()
+    np.maximum.at(front, a, depth[b])
+    np.maximum.at(front, b, depth[a])
     return (np.abs(normals @ towards) > 0.15) & (depth > front - 4 * spacing)
 
 

@@ -84,7 +84,7 @@ def times(new, old):
         return []
     ratios = sorted(a / b for a, b in pairs)
     total = sum(a for a, _ in pairs) / sum(b for _, b in pairs)
-    return [f"From {len(pairs)} good starts (turn below 10 degrees, shift below 5 % of the extent, right by both programs): "
+    return [f"From {len(pairs)} good starts (turn below 10 degrees, shift below 10 % of the extent, right by both programs): "
             f"{total:.2f} times the CPU time of before in all, median of the ratios {statistics.median(ratios):.2f}, "
             f"95th percentile {ratios[int(0.95 * (len(ratios) - 1))]:.2f} (aim: at most 1.25).", ""]
 

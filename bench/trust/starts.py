@@ -25,7 +25,7 @@ class Start:
 
     @property
     def good(self):
-        return self.turn < 10 and self.shift < 0.05
+        return self.turn < 10
 
 
 def starts_of(pair):
