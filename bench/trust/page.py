@@ -141,7 +141,7 @@ scan; no option but the objective.
 
 *Right*: within 0.5 degrees and 1 % of the extent (the middle of MOVING). *Wrong*: more than 3 degrees or 3 %. *Between*: neither.
 In the tables these columns are runs that ended with exit 0. *Refused*: exit 4 or 5, whatever the pose. *No answer*: other
-exit codes, and runs that were ended after {longest} s. Symmetric objects are judged like all others: a pose that fits as well
+exit codes, and runs that were ended after {longest} s of CPU. Symmetric objects are judged like all others: a pose that fits as well
 but is not the true one is wrong.
 
 """

@@ -5,7 +5,6 @@ Kinds: `rigid`: one surface scanned twice; `changed`: it changed between the sca
 `other`: no pose is right (other objects, mirrored, other units)."""
 
 import dataclasses
-import json
 import math
 import zlib
 

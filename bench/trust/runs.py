@@ -5,6 +5,7 @@ import hashlib
 import json
 import os
 import pathlib
+import resource
 import subprocess
 import tempfile
 import threading
@@ -13,7 +14,7 @@ import numpy as np
 
 from trust import geometry, starts
 
-LONGEST = 300  # seconds of a run
+LONGEST = 120  # CPU seconds of a run
 
 
 class Program:
@@ -27,17 +28,18 @@ class Program:
             raise RuntimeError(f"{' '.join(map(str, words))}: {run.stderr.strip()}")
 
     def timed(self, *words):
-        """Exit code, output, what it said of failures, CPU seconds. A run that takes too long is ended: code -9."""
+        """Exit code, output, what it said of failures, CPU seconds. A run that takes too long is ended: code below 0."""
         with tempfile.TemporaryFile() as out, tempfile.TemporaryFile() as said:
-            process = subprocess.Popen([self.binary, *map(str, words)], stdout=out, stderr=said)
-            timer = threading.Timer(LONGEST, process.kill)
-            timer.start()
+            process = subprocess.Popen([self.binary, *map(str, words)], stdout=out, stderr=said, preexec_fn=limited)
             _, status, used = os.wait4(process.pid, 0)
-            timer.cancel()
             process.returncode = os.waitstatus_to_exitcode(status)
             for file in (out, said):
                 file.seek(0)
             return process.returncode, out.read().decode(), said.read().decode(), used.ru_utime + used.ru_stime
+
+
+def limited():
+    resource.setrlimit(resource.RLIMIT_CPU, (LONGEST, LONGEST))
 
 
 def command(objective):
