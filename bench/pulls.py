@@ -58,8 +58,8 @@ Written by `bench/pulls.py`. Where what is stated is true, the errors of each co
 an r.m.s. of 1 and lie within 1.96 in 95 % of the simulations; squared in the whole covariance they follow chi square with as
 many degrees of freedom as there are components. The aim is 93–97 %. With {count} simulations the share of one component
 is itself uncertain by {spread:.1f} %, so the least and the most of six stray further. *KS*: probability that chi square would be as far
-from its distribution as it is, by chance. *Nothing stated*: the run ended with exit 4 or 5 (refused), or covariances
-are null (not stated); these are not in the other columns.
+from its distribution as it is, by chance. *Nothing stated*: the run ended with exit 4 or 5 (refused), covariances
+are null (not stated), or some motions were left as they were and have a deviation of 0 (motions held); these are not in the other columns.
 
 """
 CHAPTERS = [

@@ -5,7 +5,6 @@ Kinds: `rigid`: one surface scanned twice; `changed`: it changed between the sca
 `other`: no pose is right (other objects, mirrored, other units)."""
 
 import dataclasses
-import math
 import zlib
 
 import numpy as np
@@ -52,9 +51,9 @@ class Source:
         self.kept = {}
 
     def points(self, name, *words):
-        """Of any file that the program reads."""
-        key = (name, words)
-        if key not in self.kept:
+        """Of any file that the program reads; kept if it is shared data."""
+        key = (str(name), words)
+        if key not in self.kept or self.folder in (self.data / name).parents:
             copy = self.folder / "points.xyz"
             self.tool("convert", self.data / name, copy, *words)
             self.kept[key] = np.loadtxt(copy, usecols=(0, 1, 2), comments=["#", "//"], ndmin=2)
@@ -78,7 +77,7 @@ class Source:
 
     def scene(self, scene, *words, names=("b", "a")):
         out = self.simulated(scene, *words)
-        return [self.points(out / f"{name}.ply", *words) for name in names]
+        return [self.points(out / f"{name}.ply") for name in names]
 
 
 def wavefront(path):

@@ -38,7 +38,7 @@ def by_covariance(error, covariance):
         return Pull("not stated")
     c = np.array(covariance)
     if not np.linalg.eigvalsh(c / np.sqrt(np.outer(np.diag(c), np.diag(c)) + 1e-300))[0] > 1e-12:
-        return Pull("singular")
+        return Pull("motions held")
     return Pull("", error, np.sqrt(np.diag(c)), float(error @ np.linalg.solve(c, error)))
 
 
