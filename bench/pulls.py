@@ -41,7 +41,7 @@ def simulated(kind, program, count, jobs):
 def line(kind, pulls):
     stated = [p for p in pulls if not p.why]
     silent = ", ".join(f"{n} {why}" for why, n in collections.Counter(p.why for p in pulls if p.why).items()) or "–"
-    if len(stated) < 10:
+    if len(stated) < 5:
         return f"| {kind.words} | {len(pulls)} | – | – | – | – | – | – | – | {silent} |"
     z = np.array([p.error / p.sigma for p in stated])
     chi, freedom = np.array([p.chi for p in stated]), stated[0].freedom
