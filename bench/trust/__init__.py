@@ -1,0 +1,1 @@
+"""Pieces of trust_study.py and pulls.py."""
