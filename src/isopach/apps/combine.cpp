@@ -7,6 +7,7 @@
 
 #include "isopach/apps/motions.hpp"
 #include "isopach/apps/part_fit.hpp"
+#include "isopach/apps/quadric_fit.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -78,15 +79,19 @@ class Finder {
     const double noise = std::hypot(fixed_.roughness, object_.roughness);
     flatten(fixed_);
     flatten(object_);
-    const std::optional<PartFit> fit = fit_part(object_, fixed_, std::array{Motion{}}, context_);
-    if (!fit) not_found("no part of the object has a surface near it there");
+    const std::optional<PartFit> near = fit_part(object_, fixed_, std::array{Motion{}}, context_);
+    if (!near) not_found("no part of the object has a surface near it there");
+    const std::optional<QuadricFit> fit = fit_quadrics(object_, fixed_, near->motion, near->scale, context_);
+    if (!fit) not_found("no pose was found at which enough of it lies on the object");
     LocatedReference found;
     found.pose = pose_of(fit->motion, frame_, first);
     found.rms = fit->rms;
+    found.pairs = fit->pairs;
+    found.correlation = fit->correlation;
     found.centre = frame_.to_input(fit->information.centre);
-    found.covariance =
-        turned_axes(covariance_of(*fit, information_floor(object_, fixed_), found.weak_directions), to_input_axes());
-    measure_cover(*fit, noise, found);
+    found.covariance = turned_axes(fit->covariance, to_input_axes());
+    found.weak_directions = fit->weak_directions;
+    measure_cover(*near, *fit, noise, found);
     if (found.share < options_.least_share)
       not_found(
           fmt::format("only {:.0f} % of the object's points lie on a surface there, --least-share asks for {:.0f} %",
@@ -134,8 +139,8 @@ class Finder {
   }
 
   /// Which points of the object lie on the scan, and which of the scan on the object.
-  void measure_cover(const PartFit& fit, double noise, LocatedReference& found) const {
-    const FrameScale scale = frame_scale(object_, fixed_, fit);
+  void measure_cover(const PartFit& near, const QuadricFit& fit, double noise, LocatedReference& found) const {
+    const FrameScale scale = frame_scale(object_, fixed_, near);
     const double within = on_reference * std::max(scale.sigma, noise);
     const double on = reduce_blocks<double>(
         object_.points.size(), query_block,

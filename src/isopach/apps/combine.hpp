@@ -27,6 +27,8 @@ struct CombineOptions {
 struct LocatedReference {
   Pose pose;                            ///< T_scan_reference, input coordinates
   double rms = 0;                       ///< distances of the pairs that take part
+  std::size_t pairs = 0;                ///< that take part: points of the sparser of the two on the denser one
+  double correlation = 1;               ///< of the variances in `covariance`, that neighbours which err alike make
   double share = 0;                     ///< of the object's points that lie on the scan
   double covered = 0;                   ///< of the scan's points that lie on the object
   Point3 centre{0, 0, 0};               ///< of the fit, scan coordinates
