@@ -314,10 +314,154 @@ def jaw(program, runs):
                     print(said)
 
 
+# ------------------------------------------------------------------ what must not end with exit 0 and a wrong answer
+
+
+def other_head(x, y):
+    z = 62 * np.sqrt(np.maximum(0.05, 1 - (x / 90) ** 2 - (y / 140) ** 2))
+    for cx, cy, wx, wy, h in ((0, 2, 13, 22, 13), (-36, 38, 15, 8, -5), (36, 38, 15, 8, -5), (0, -44, 26, 6, 7),
+                              (0, -80, 13, 10, 9), (0, 60, 50, 20, 5)):
+        z = z + h * np.exp(-((x - cx) / wx) ** 2 / 2 - ((y - cy) / wy) ** 2 / 2)
+    return z
+
+
+def stranger(seed, points=8000, noise=0.08):
+    random = rng((seed, 4711))
+    xy = random.uniform([-70, -95], [70, 95], (points, 2))
+    return np.column_stack([xy, other_head(xy[:, 0], xy[:, 1]) + noise * random.normal(size=points)])
+
+
+def nonsense(program, seeds):
+    """Frames: a jaw that opens to 8 degrees, and what was done to it; wrong: a used frame off by 1.5 degrees or mm."""
+    angles = [0, 2, 4, 6, 8, 6, 4]
+    upside = pose(turn([0, 0, np.pi]), [0, 0, 0])
+    side = pose(turn([0, 0, np.pi / 2]), [30, -10, 5]) @ pose(turn([0.2, 0.1, 0]), [0, 0, 0])
+
+    def plain(s):
+        return [s.frame(k) for k in range(len(s.angles))]
+
+    def with_frame(s, k, change):
+        frames = plain(s)
+        frames[k] = change(frames[k])
+        return frames
+
+    mirror = np.diag([-1.0, 1, 1, 1])
+    cases = [
+        ("as it is", {}, plain),
+        ("one frame of another face", {}, lambda s: with_frame(s, 3, lambda f: stranger(s.seed))),
+        ("all frames but the first of another face", {},
+         lambda s: [s.frame(0)] + [stranger(s.seed + k) for k in range(1, 7)]),
+        ("every second frame of another face", {},
+         lambda s: [f if k % 2 == 0 else stranger(s.seed + k) for k, f in enumerate(plain(s))]),
+        ("one frame turned upside down", {}, lambda s: with_frame(s, 2, lambda f: moved(upside, f))),
+        ("all frames but the first upside down", {},
+         lambda s: [f if k == 0 else moved(upside, f) for k, f in enumerate(plain(s))]),
+        ("one frame mirrored", {}, lambda s: with_frame(s, 4, lambda f: moved(mirror, f))),
+        ("one frame 60 mm away", {}, lambda s: with_frame(s, 4, lambda f: f + [0, 60, 0])),
+        ("a plane instead of a frame", {},
+         lambda s: with_frame(s, 3, lambda f: np.column_stack([f[:, :2], 20 + 0.05 * rng(1).normal(size=len(f))]))),
+        ("order 0, 4, 1, 5, 2", {"angles": [0, 8, 2, 6, 4, 6, 4]}, plain),
+        ("closed, then 8 degrees at once", {"angles": [0, 8]}, plain),
+        ("closed, then 15 degrees at once", {"angles": [0, 15]}, plain),
+        ("2 frames, 2 degrees", {"angles": [0, 2]}, plain),
+        ("3 frames, 1.5 degrees", {"angles": [0, 1, 1.5]}, plain),
+        ("noise of 0.3 mm", {"noise": 0.3}, plain),
+        ("lying on its side", {"upright": side}, plain),
+        ("frames of 3000 to 24 000 points", {},
+         lambda s: [s.frame(k, (8000, 3000, 24000, 6000, 12000, 4000, 9000)[k]) for k in range(7)]),
+        ("frames cropped at one side", {},
+         lambda s: [s.frame(k, crop=(lambda x, y: x < 20) if k in (2, 3) else None) for k in range(7)]),
+        ("a frame without the jaw", {}, lambda s: [s.frame(k, crop=(lambda x, y: y > -30) if k == 3 else None)
+                                                   for k in range(7)]),
+        ("frames 2 and 3 lost", {"angles": [0, 2, 8, 6, 4]}, plain),
+    ]
+    print("| frames | runs | refused | frames used | frames skipped | wrong | worst error: degrees | mm at the chin |\n"
+          "|---|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as name:
+        for title, how, make in cases:
+            refused, used, skipped, wrong, worst, said = 0, 0, 0, 0, np.zeros(2), set()
+            for seed in range(seeds):
+                s = Jaw(seed, **{"angles": angles, **how})
+                code, result, err = sequence(program, Path(name), make(s))
+                if code:
+                    refused += 1
+                    said.add(err)
+                    continue
+                w, n = motion_errors(s, result)
+                wrong += bool(w.max() > 1.5)
+                used, skipped, worst = used + len(result["frames"]) - n, skipped + n, np.maximum(worst, w)
+                said.update(result["warnings"])
+            print(f"| {title} | {seeds} | {refused} | {used} | {skipped} | {wrong} | {worst[0]:.2f} | {worst[1]:.2f} |",
+                  flush=True)
+            if "-v" in sys.argv:
+                for line in sorted(said):
+                    print("    ", line)
+
+
+def wrong(program, seeds):
+    """Objects that no scan can tell, or that are not there: the exit code of each, and how far off exit 0 was."""
+    def disc(x, y):
+        return 0.0 * x
+
+    def ball(x, y):
+        return np.sqrt(np.maximum(1, 40 ** 2 - x * x - y * y))
+
+    def ridge(x, y):
+        return 3 * np.sin(x / 5)
+
+    def even(x, y):
+        return 4 * np.exp(-(np.abs(x) - 15) ** 2 / 40 - y * y / 60)
+
+    def faint(x, y):
+        return even(x, y) + 1.0 * np.exp(-((x - 5) ** 2 + (y - 9) ** 2) / 8)
+
+    def other(x, y):
+        return fork(-x, y) + 2 * np.sin(y / 5)
+
+    cases = [("fork", fork, fork, 0.15), ("fork, 70 % hidden", fork, fork, 0.7), ("fork, 85 % hidden", fork, fork, 0.85),
+             ("plain plate", disc, disc, 0.1), ("ball", ball, ball, 0.1), ("straight ridges", ridge, ridge, 0.1),
+             ("two equal hills (half turn)", even, even, 0.1), ("the same with a faint mark", faint, faint, 0.1),
+             ("scans of another fork", fork, other, 0.1), ("mirrored fork", fork, lambda x, y: fork(-x, y), 0.1),
+             ("no object in the scans", fork, None, 0.1)]
+    print("| object | runs | exit 0 | 4 | 5 | wrong with exit 0 | worst error with exit 0: degrees, mm |\n"
+          "|---|---|---|---|---|---|---|")
+    with tempfile.TemporaryDirectory() as name:
+        for title, of_reference, of_scans, hidden in cases:
+            codes, bad, worst, said = [], 0, np.zeros(2), set()
+            for seed in range(seeds):
+                random = rng((seed, 99))
+                poses = {k: any_pose(random) for k in ("face", "jaw", "reference")}
+                scans = {"reference": sampled(random, of_reference, HALF, 4000, 0.05)}
+                for k, behind in (("face", face_behind), ("jaw", jaw_behind)):
+                    if of_scans is None:
+                        scans[k] = sampled(random, behind, (65.0, 55.0), 9000, 0.05)
+                    else:
+                        scans[k] = scan_with_object(random, 2500, 0.05, hidden, behind, of_scans)
+                scans = {k: moved(poses[k], p) for k, p in scans.items()}
+                code, result, err = combine(program, Path(name), scans)
+                codes.append(code)
+                if code:
+                    said.add(err[0])
+                    continue
+                true = poses["face"] @ np.linalg.inv(poses["jaw"])
+                d = twist(np.array(result["pose"]["matrix"]), true, np.array(result["uncertainty"]["centre"]))
+                w = np.array([np.degrees(np.arccos(np.clip((np.trace((np.array(result["pose"]["matrix"])
+                              @ np.linalg.inv(true))[:3, :3]) - 1) / 2, -1, 1))), np.linalg.norm(d[3:])])
+                bad += bool(w.max() > 1 or of_scans is not of_reference)
+                worst = np.maximum(worst, w)
+            count = lambda c: sum(1 for x in codes if x == c)
+            print(f"| {title} | {seeds} | {count(0)} | {count(4)} | {count(5)} | {bad} | {worst[0]:.2f}, {worst[1]:.2f} |",
+                  flush=True)
+            if "-v" in sys.argv:
+                for line in sorted(said)[:3]:
+                    print("    ", line)
+
+
 if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit(__doc__)
     runs = int(sys.argv[3]) if len(sys.argv) > 3 else None
     what = {"pulls": lambda p: pulls(p, runs or 200), "density": lambda p: density(p, runs or 8),
-            "jaw": lambda p: jaw(p, runs or 30)}
+            "jaw": lambda p: jaw(p, runs or 30), "wrong": lambda p: wrong(p, runs or 5),
+            "nonsense": lambda p: nonsense(p, runs or 3)}
     what[sys.argv[2]](sys.argv[1])

@@ -3,11 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "isopach/apps/motions.hpp"
 #include "isopach/apps/part_fit.hpp"
 #include "isopach/apps/quadric_fit.hpp"
+#include "isopach/apps/self_turns.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -20,6 +24,11 @@ constexpr std::size_t least_points = 100;
 constexpr double worst_scale = 2.5;  // times the noise of both scans: what fits worse is something else
 constexpr double on_reference = 4;   // standard deviations within which a point lies on the object
 constexpr std::size_t query_block = 256;
+constexpr double least_slip = 0.5;          // noises; below it a slip of 1 % of the extent is not seen
+constexpr std::size_t rival_points = 1000;  // of the object, that another place of it is tried by
+constexpr double rival_share = 0.85;        // of what fits at the pose: so much fits at a rival
+constexpr double fits = 3;                  // standard deviations that a distance at the pose stays within
+constexpr double other_turn = 3 * std::numbers::pi / 180, other_shift = 0.03;  // farther away it is another place
 
 using Matrix6 = std::array<double, 36>;
 
@@ -90,7 +99,7 @@ class Finder {
     found.correlation = fit->correlation;
     found.centre = frame_.to_input(fit->information.centre);
     found.covariance = turned_axes(fit->covariance, to_input_axes());
-    found.weak_directions = fit->weak_directions;
+    found.slip = fit->slip;
     measure_cover(*near, *fit, noise, found);
     if (found.share < options_.least_share)
       not_found(
@@ -100,6 +109,13 @@ class Finder {
       not_found(
           fmt::format("what is there fits to {:.3g}, but the scans are rough by {:.3g} only: it is something else",
                       fit->scale, noise));
+    if (fit->slip < least_slip)
+      throw Error(ExitCode::not_converged,
+                  fmt::format("{}: the reference object's place is not determined: its shape leaves {} free (a slip of 1 "
+                              "% of it raises distances by {:.2g} of their noise, {} are needed); use an object with "
+                              "more relief, or scan more of it",
+                              name_of(scan_, role_), fit->least_held, fit->slip, least_slip));
+    if (!start) refuse_rivals(*fit);
     return found;
   }
 
@@ -119,6 +135,52 @@ class Finder {
         fmt::format("{}: the reference object was not found: {}; is it in this scan? --start-{} gives its "
                     "place",
                     name_of(scan_, role_), why, role_));
+  }
+
+  /// Whether the object fits as well after a turn that its shape may repeat under.
+  void refuse_rivals(const QuadricFit& fit) const {
+    const OrientedCloud few = thinned(object_, rival_points);
+    const double reach = 3 * std::sqrt(misfit(few, fixed_, fit.motion));
+    Array<double> all = distances(few, fit.motion, reach), sizes;
+    for (const double d : all)
+      if (d < reach) sizes.push_back(d);
+    const double within = fits * mad_to_sigma * median(sizes);
+    const auto on = [&](const Motion& motion) {
+      const Array<double> far = distances(few, motion, reach);
+      return std::count_if(far.begin(), far.end(), [&](double d) { return d <= within; });
+    };
+    const auto here = static_cast<double>(on(fit.motion));
+    Box3 box;
+    for (const Point3& p : few.points) box.add(p);
+    const Point3 middle = 0.5 * (box.min + box.max);
+    for (const Motion& turn : self_turns(object_, context_)) {
+      context_.check();
+      const std::optional<PartFit> there = fit_part(few, fixed_, std::array{composed(fit.motion, turn)}, context_);
+      if (!there) continue;
+      const Motion off = composed(there->motion, inverted(fit.motion));
+      const double trace = off.rotation[0] + off.rotation[4] + off.rotation[8];
+      const double angle = std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
+      const double shift = length(there->motion.apply(middle) - fit.motion.apply(middle));
+      if (angle < other_turn && shift < other_shift * length(box.max - box.min)) continue;
+      const auto elsewhere = static_cast<double>(on(there->motion));
+      if (elsewhere < rival_share * here) continue;
+      throw Error(ExitCode::not_converged,
+                  fmt::format("{}: the reference object fits as well elsewhere: {:.0f} % of its points lie on the scan, "
+                              "and {:.0f} % where it is turned by {:.0f} degrees: its shape repeats; --start-{} says "
+                              "which place is meant, or use an object that no turn takes onto itself",
+                              name_of(scan_, role_), 100 * here / static_cast<double>(few.points.size()),
+                              100 * elsewhere / static_cast<double>(few.points.size()),
+                              angle * 180 / std::numbers::pi, role_));
+    }
+  }
+
+  [[nodiscard]] Array<double> distances(const OrientedCloud& object, const Motion& motion, double reach) const {
+    Array<double> far(object.points.size());
+    for_blocks(far.size(), query_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        far[i] = surface_distance(fixed_, motion.apply(object.points[i]), reach);
+    });
+    return far;
   }
 
   [[nodiscard]] OrientedCloud oriented(const Cloud& cloud, const Pose& pose) const {
@@ -210,9 +272,6 @@ void assemble(const Cloud& face, const Cloud& jaw, Combination& c) {
 }
 
 void warn(Combination& c) {
-  for (const auto& [found, name] : {std::pair{&c.face, "face"}, std::pair{&c.jaw, "jaw"}})
-    for (const std::string& w : found->weak_directions)
-      c.warnings.push_back(fmt::format("the object's place in the {} scan: {}", name, w));
   if (c.unit == "unknown")
     c.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (--unit)");
 }

@@ -3,6 +3,7 @@
 #include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <map>
 
 #include "isopach/apps/motions.hpp"
@@ -26,6 +27,7 @@ constexpr double tolerance = 1e-7;           // of the radius
 constexpr double least_cosine = 0.70710678;  // of two normals: 45 degrees
 constexpr double worst_window = 3;           // times the median misfit: the window crosses an edge
 constexpr double tukey_width = 4.685;        // 95 % efficient for normal residuals
+constexpr double most_sigmas = 3;            // of a point of the denser cloud about its own quadric
 constexpr double cell_windows = 4;           // side of a cell, in radii of a window
 constexpr double least_cells = 18;           // three a freedom: fewer tell nothing
 
@@ -290,9 +292,20 @@ class Fitting {
     fit_.rms = std::sqrt(fit_.information.error);
     fit_.pairs = static_cast<std::size_t>(
         std::count_if(links_.begin(), links_.end(), [](const Link& l) { return l.weight > 0; }));
-    (void)pair_covariance(fit_.information, 1, 1, information_floor(object_, scan_), {"x", "y", "z"},
-                          fit_.weak_directions);
     set_covariance();
+    set_slip();
+  }
+
+  void set_slip() {
+    const Eigen::Map<const Eigen::Matrix<double, 7, 7, Eigen::RowMajor>> all(fit_.information.normal.data());
+    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(all.topLeftCorner<6, 6>());
+    Box3 box;
+    for (const Point3& p : object_.points) box.add(p);
+    const double least = std::sqrt(std::max(0.0, solver.eigenvalues()[0])), extent = length(box.max - box.min);
+    fit_.slip = fit_.scale > 0 ? 0.01 * extent * least / fit_.scale : std::numeric_limits<double>::infinity();
+    if (solver.eigenvalues()[0] <= information_floor(object_, scan_)) fit_.slip = 0;
+    const Vector6 v = solver.eigenvectors().col(0);
+    fit_.least_held = v.head<3>().norm() >= v.tail<3>().norm() ? "a turn" : "a shift";
   }
 
   [[nodiscard]] Vector6 row_of(const Link& l) const {
@@ -364,8 +377,11 @@ class Fitting {
       for (const Index k : windows.found)
         pulls[k] += slope * steep * by.dot(asked.quadric.terms(as_scanned(*targets_, k))) * a;
     }
-    for (std::size_t k = 0; k < pulls.size(); ++k)
-      spread += noise[k] * noise[k] * pulls[k] * pulls[k].transpose();
+    const double most_noise = most_sigmas * target_sigma;  // a point beyond is on an edge, not noisy
+    for (std::size_t k = 0; k < pulls.size(); ++k) {
+      const double e = std::min(std::fabs(noise[k]), most_noise);
+      spread += e * e * pulls[k] * pulls[k].transpose();
+    }
     fit_.correlation = correlation(spread);
     const Matrix6 h = std::max(0.1, slopes / weights) * normal;
     const Eigen::SelfAdjointEigenSolver<Matrix6> solver(h / weights);
@@ -408,7 +424,8 @@ class Fitting {
     const Eigen::LDLT<Matrix6> solver(spread);
     if (solver.info() != Eigen::Success || !solver.isPositive()) return 1;
     const double ratio = solver.solve(blocks).trace() / 6 * count / (count - 6);
-    return std::isfinite(ratio) ? std::max(1.0, ratio) : 1;
+    // Independent noise makes the ratio vary by sqrt(2 / (6 cells)) about 1: within two of these nothing is shown.
+    return std::isfinite(ratio) && ratio > 1 + 2 * std::sqrt(2 / (6 * count)) ? ratio : 1;
   }
 
   const OrientedCloud& object_;

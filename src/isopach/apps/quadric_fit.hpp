@@ -10,7 +10,6 @@
 #include <array>
 #include <optional>
 #include <string>
-#include <vector>
 
 #include "isopach/base/context.hpp"
 #include "isopach/match/least_squares.hpp"
@@ -32,7 +31,10 @@ struct QuadricFit {
   /// By how much the distances, summed over cells of a few neighbourhoods each, vary more than independent noise of the
   /// points would: noise with a memory, or a shape that differs. 1 where they do not.
   double correlation = 1;
-  std::vector<std::string> weak_directions;  ///< motions that the shape does not hold, in words
+  /// By how many standard deviations distances rise (RMS) where the object slips by 1 % of its extent along the motion
+  /// that its shape holds least (N. Gelfand et al. 2003).
+  double slip = 0;
+  std::string least_held;  ///< that motion, in words
 };
 
 /// `object` and `scan` are oriented and flattened (part_fit.hpp), in one frame; `start` is near, its distances have about
