@@ -69,7 +69,7 @@ bool PartFinder::add(const OrientedCloud& frame, std::string& reason, const Cont
   const std::optional<PartFit> still =
       relative_ ? fit_part(first_, frame, std::array{still_}, context) : fit_larger(frame, others, context);
   if (!still || still->support < least_support) {
-    reason = "the part that stays does not lie on it";
+    reason = not_on_frame(false);
     return false;
   }
   still_ = still->motion;
@@ -82,7 +82,7 @@ bool PartFinder::add(const OrientedCloud& frame, std::string& reason, const Cont
       starts.push_back(composed(still_, composed(*relative_, composed(inverted(*relative_before_), *relative_))));
     const std::optional<PartFit> moving = fit_part(second_, frame, starts, context);
     if (!moving || moving->support < least_support / 2) {
-      reason = "the part that moves does not lie on it";
+      reason = not_on_frame(true);
       return false;
     }
     relative_before_ = relative_;
