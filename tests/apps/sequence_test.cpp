@@ -222,8 +222,8 @@ TEST(Sequence, FramesOfAnotherObjectAreSkipped) {
   for (Point3& p : frames[2].points) {
     // Another face: wider, flatter, with its features elsewhere.
     const double u = p.x / 15, v = (p.y + 44) / 8, w = (p.y - 10) / 25;
-    p.z = 60 * std::sqrt(std::max(0.05, 1 - p.x * p.x / 8100 - p.y * p.y / 19600)) + 7 * std::exp(-0.5 * (u * u + v * v)) +
-          13 * std::exp(-0.5 * (u * u + w * w)) + 0.08 * random.bell();
+    p.z = 60 * std::sqrt(std::max(0.05, 1 - p.x * p.x / 8100 - p.y * p.y / 19600)) +
+          7 * std::exp(-0.5 * (u * u + v * v)) + 13 * std::exp(-0.5 * (u * u + w * w)) + 0.08 * random.bell();
   }
   const SequenceResult r = sequence(source_of(frames), {}, {});
   EXPECT_EQ(r.used, 4u);

@@ -110,11 +110,12 @@ class Finder {
           fmt::format("what is there fits to {:.3g}, but the scans are rough by {:.3g} only: it is something else",
                       fit->scale, noise));
     if (fit->slip < least_slip)
-      throw Error(ExitCode::not_converged,
-                  fmt::format("{}: the reference object's place is not determined: its shape leaves {} free (a slip of 1 "
-                              "% of it raises distances by {:.2g} of their noise, {} are needed); use an object with "
-                              "more relief, or scan more of it",
-                              name_of(scan_, role_), fit->least_held, fit->slip, least_slip));
+      throw Error(
+          ExitCode::not_converged,
+          fmt::format("{}: the reference object's place is not determined: its shape leaves {} free (a slip of 1 "
+                      "% of it raises distances by {:.2g} of their noise, {} are needed); use an object with "
+                      "more relief, or scan more of it",
+                      name_of(scan_, role_), fit->least_held, fit->slip, least_slip));
     if (!start) refuse_rivals(*fit);
     return found;
   }
@@ -164,13 +165,13 @@ class Finder {
       if (angle < other_turn && shift < other_shift * length(box.max - box.min)) continue;
       const auto elsewhere = static_cast<double>(on(there->motion));
       if (elsewhere < rival_share * here) continue;
-      throw Error(ExitCode::not_converged,
-                  fmt::format("{}: the reference object fits as well elsewhere: {:.0f} % of its points lie on the scan, "
-                              "and {:.0f} % where it is turned by {:.0f} degrees: its shape repeats; --start-{} says "
-                              "which place is meant, or use an object that no turn takes onto itself",
-                              name_of(scan_, role_), 100 * here / static_cast<double>(few.points.size()),
-                              100 * elsewhere / static_cast<double>(few.points.size()),
-                              angle * 180 / std::numbers::pi, role_));
+      throw Error(
+          ExitCode::not_converged,
+          fmt::format("{}: the reference object fits as well elsewhere: {:.0f} % of its points lie on the scan, "
+                      "and {:.0f} % where it is turned by {:.0f} degrees: its shape repeats; --start-{} says "
+                      "which place is meant, or use an object that no turn takes onto itself",
+                      name_of(scan_, role_), 100 * here / static_cast<double>(few.points.size()),
+                      100 * elsewhere / static_cast<double>(few.points.size()), angle * 180 / std::numbers::pi, role_));
     }
   }
 

@@ -155,20 +155,20 @@ struct Asked {
 };
 
 struct Answer {
-  Link link;           ///< moving − fixed along the normal is the distance; in coordinates of the scan
-  Vector6 terms;       ///< of the quadric at the place of the query
+  Link link;                     ///< moving − fixed along the normal is the distance; in coordinates of the scan
+  Vector6 terms;                 ///< of the quadric at the place of the query
   const Asked* asked = nullptr;  ///< nullptr: no pair
-  double leverage = 0; ///< variance of the quadric's height there, over that of its points
+  double leverage = 0;           ///< variance of the quadric's height there, over that of its points
 };
 
 class Fitting {
  public:
   Fitting(const OrientedCloud& object, const OrientedCloud& scan, const Motion& start, double start_scale,
-      const Context& context)
+          const Context& context)
       : object_(object), scan_(scan), context_(context) {
     fit_.motion = start;
-    reach_ = near_spacings * std::sqrt(std::max(squared_spacing(object), squared_spacing(scan))) +
-             near_scales * start_scale;
+    reach_ =
+        near_spacings * std::sqrt(std::max(squared_spacing(object), squared_spacing(scan))) + near_scales * start_scale;
   }
 
   std::optional<QuadricFit> run() {
@@ -250,8 +250,7 @@ class Fitting {
     const Point3 p = as_scanned(*queries_, i), place = fit_.object_asks ? m.apply(p) : m.undo(p);
     const PointTree::Two two = targets_->tree->nearest_two(place);
     if (two.first2 > reach_ * reach_ || targets_->boundary[two.first] != 0) return;
-    const Point3 normal =
-        fit_.object_asks ? m.turn(queries_->normals[i]) : m.turn_back(queries_->normals[i]);
+    const Point3 normal = fit_.object_asks ? m.turn(queries_->normals[i]) : m.turn_back(queries_->normals[i]);
     if (std::fabs(dot(normal, targets_->normals[two.first])) < least_cosine) return;
     if (asked.target != two.first) asked = {i, two.first, windows.fit(two.first)};
     const Quadric& q = asked.quadric;
@@ -371,8 +370,8 @@ class Fitting {
       weights += l.weight, slopes += slope;
       const Asked& asked = *answers_[i].asked;
       const Vector6 by = asked.quadric.inverse * answers_[i].terms;
-      const double steep = std::fabs(dot(asked.quadric.across, fit_.object_asks ? l.normal
-                                                                                 : fit_.motion.turn_back(l.normal)));
+      const double steep =
+          std::fabs(dot(asked.quadric.across, fit_.object_asks ? l.normal : fit_.motion.turn_back(l.normal)));
       targets_->tree->nearest(targets_->points[asked.target], window_, windows.found);
       for (const Index k : windows.found)
         pulls[k] += slope * steep * by.dot(asked.quadric.terms(as_scanned(*targets_, k))) * a;
