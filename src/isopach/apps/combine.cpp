@@ -3,10 +3,15 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "isopach/apps/motions.hpp"
 #include "isopach/apps/part_fit.hpp"
+#include "isopach/apps/quadric_fit.hpp"
+#include "isopach/apps/self_turns.hpp"
+#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -19,6 +24,11 @@ constexpr std::size_t least_points = 100;
 constexpr double worst_scale = 2.5;  // times the noise of both scans: what fits worse is something else
 constexpr double on_reference = 4;   // standard deviations within which a point lies on the object
 constexpr std::size_t query_block = 256;
+constexpr double least_slip = 0.5;          // noises; below it a slip of 1 % of the extent is not seen
+constexpr std::size_t rival_points = 1000;  // of the object, that another place of it is tried by
+constexpr double rival_share = 0.85;        // of what fits at the pose: so much fits at a rival
+constexpr double fits = 3;                  // standard deviations that a distance at the pose stays within
+constexpr double other_turn = 3 * std::numbers::pi / 180, other_shift = 0.03;  // farther away it is another place
 
 using Matrix6 = std::array<double, 36>;
 
@@ -78,15 +88,19 @@ class Finder {
     const double noise = std::hypot(fixed_.roughness, object_.roughness);
     flatten(fixed_);
     flatten(object_);
-    const std::optional<PartFit> fit = fit_part(object_, fixed_, std::array{Motion{}}, context_);
-    if (!fit) not_found("no part of the object has a surface near it there");
+    const std::optional<PartFit> near = fit_part(object_, fixed_, std::array{Motion{}}, context_);
+    if (!near) not_found("no part of the object has a surface near it there");
+    const std::optional<QuadricFit> fit = fit_quadrics(object_, fixed_, near->motion, near->scale, context_);
+    if (!fit) not_found("no pose was found at which enough of it lies on the object");
     LocatedReference found;
     found.pose = pose_of(fit->motion, frame_, first);
     found.rms = fit->rms;
+    found.pairs = fit->pairs;
+    found.correlation = fit->correlation;
     found.centre = frame_.to_input(fit->information.centre);
-    found.covariance =
-        turned_axes(covariance_of(*fit, information_floor(object_, fixed_), found.weak_directions), to_input_axes());
-    measure_cover(*fit, noise, found);
+    found.covariance = turned_axes(fit->covariance, to_input_axes());
+    found.slip = fit->slip;
+    measure_cover(*near, *fit, noise, found);
     if (found.share < options_.least_share)
       not_found(
           fmt::format("only {:.0f} % of the object's points lie on a surface there, --least-share asks for {:.0f} %",
@@ -95,6 +109,14 @@ class Finder {
       not_found(
           fmt::format("what is there fits to {:.3g}, but the scans are rough by {:.3g} only: it is something else",
                       fit->scale, noise));
+    if (fit->slip < least_slip)
+      throw Error(
+          ExitCode::not_converged,
+          fmt::format("{}: the reference object's place is not determined: its shape leaves {} free (a slip of 1 "
+                      "% of it raises distances by {:.2g} of their noise, {} are needed); use an object with "
+                      "more relief, or scan more of it",
+                      name_of(scan_, role_), fit->least_held, fit->slip, least_slip));
+    if (!start) refuse_rivals(*fit);
     return found;
   }
 
@@ -116,6 +138,52 @@ class Finder {
                     name_of(scan_, role_), why, role_));
   }
 
+  /// Whether the object fits as well after a turn that its shape may repeat under.
+  void refuse_rivals(const QuadricFit& fit) const {
+    const OrientedCloud few = thinned(object_, rival_points);
+    const double reach = 3 * std::sqrt(misfit(few, fixed_, fit.motion));
+    Array<double> all = distances(few, fit.motion, reach), sizes;
+    for (const double d : all)
+      if (d < reach) sizes.push_back(d);
+    const double within = fits * mad_to_sigma * median(sizes);
+    const auto on = [&](const Motion& motion) {
+      const Array<double> far = distances(few, motion, reach);
+      return std::count_if(far.begin(), far.end(), [&](double d) { return d <= within; });
+    };
+    const auto here = static_cast<double>(on(fit.motion));
+    Box3 box;
+    for (const Point3& p : few.points) box.add(p);
+    const Point3 middle = 0.5 * (box.min + box.max);
+    for (const Motion& turn : self_turns(object_, context_)) {
+      context_.check();
+      const std::optional<PartFit> there = fit_part(few, fixed_, std::array{composed(fit.motion, turn)}, context_);
+      if (!there) continue;
+      const Motion off = composed(there->motion, inverted(fit.motion));
+      const double trace = off.rotation[0] + off.rotation[4] + off.rotation[8];
+      const double angle = std::acos(std::clamp((trace - 1) / 2, -1.0, 1.0));
+      const double shift = length(there->motion.apply(middle) - fit.motion.apply(middle));
+      if (angle < other_turn && shift < other_shift * length(box.max - box.min)) continue;
+      const auto elsewhere = static_cast<double>(on(there->motion));
+      if (elsewhere < rival_share * here) continue;
+      throw Error(
+          ExitCode::not_converged,
+          fmt::format("{}: the reference object fits as well elsewhere: {:.0f} % of its points lie on the scan, "
+                      "and {:.0f} % where it is turned by {:.0f} degrees: its shape repeats; --start-{} says "
+                      "which place is meant, or use an object that no turn takes onto itself",
+                      name_of(scan_, role_), 100 * here / static_cast<double>(few.points.size()),
+                      100 * elsewhere / static_cast<double>(few.points.size()), angle * 180 / std::numbers::pi, role_));
+    }
+  }
+
+  [[nodiscard]] Array<double> distances(const OrientedCloud& object, const Motion& motion, double reach) const {
+    Array<double> far(object.points.size());
+    for_blocks(far.size(), query_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i)
+        far[i] = surface_distance(fixed_, motion.apply(object.points[i]), reach);
+    });
+    return far;
+  }
+
   [[nodiscard]] OrientedCloud oriented(const Cloud& cloud, const Pose& pose) const {
     OrientedCloud result = order_points(cloud, pose, frame_, project_, 0, context_);
     if (result.points.size() < least_points)
@@ -134,8 +202,8 @@ class Finder {
   }
 
   /// Which points of the object lie on the scan, and which of the scan on the object.
-  void measure_cover(const PartFit& fit, double noise, LocatedReference& found) const {
-    const FrameScale scale = frame_scale(object_, fixed_, fit);
+  void measure_cover(const PartFit& near, const QuadricFit& fit, double noise, LocatedReference& found) const {
+    const FrameScale scale = frame_scale(object_, fixed_, near);
     const double within = on_reference * std::max(scale.sigma, noise);
     const double on = reduce_blocks<double>(
         object_.points.size(), query_block,
@@ -205,9 +273,6 @@ void assemble(const Cloud& face, const Cloud& jaw, Combination& c) {
 }
 
 void warn(Combination& c) {
-  for (const auto& [found, name] : {std::pair{&c.face, "face"}, std::pair{&c.jaw, "jaw"}})
-    for (const std::string& w : found->weak_directions)
-      c.warnings.push_back(fmt::format("the object's place in the {} scan: {}", name, w));
   if (c.unit == "unknown")
     c.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (--unit)");
 }

@@ -27,11 +27,13 @@ struct CombineOptions {
 struct LocatedReference {
   Pose pose;                            ///< T_scan_reference, input coordinates
   double rms = 0;                       ///< distances of the pairs that take part
+  std::size_t pairs = 0;                ///< that take part: points of the sparser of the two on the denser one
+  double correlation = 1;               ///< of the variances in `covariance`, that neighbours which err alike make
   double share = 0;                     ///< of the object's points that lie on the scan
   double covered = 0;                   ///< of the scan's points that lie on the object
   Point3 centre{0, 0, 0};               ///< of the fit, scan coordinates
   std::array<double, 36> covariance{};  ///< of the pose: turn (rad), then shift, about centre, axes of the scan
-  std::vector<std::string> weak_directions;
+  double slip = 0;  ///< noises that distances rise by where the object slips 1 % of its extent along what holds least
   Array<unsigned char> on_reference;  ///< by point of the scan
 };
 
@@ -57,7 +59,8 @@ struct Combination {
 };
 
 /// Errors: OverlapError, naming the scan, with the reason, where the object is not found in it: nothing like it is
-/// there, less than options.least_share of it, or what is there fits worse than the noise of both scans; InputError for
+/// there, less than options.least_share of it, or what is there fits worse than the noise of both scans; exit 5 where
+/// its shape leaves a motion free, or fits as well at another turn (looked for where no start is given); InputError for
 /// scans without usable points or of different units; UsageError for options without sense. Cost: O(n log n) and a
 /// search. The same bits for any number of threads and any order of the points.
 [[nodiscard]] Combination combine(const Cloud& face, const Cloud& jaw, const Cloud& reference,

@@ -12,6 +12,9 @@ namespace {
 
 constexpr std::size_t query_block = 256;
 constexpr double on_surface = 4;  // standard deviations within which a point lies on the frame
+// Of the roughness of both scans: what fits worse is another surface, however well it fits by its own measure. Points
+// on planes of their neighbours err less than the points, but planes of unlike spacing cut corners by as much.
+constexpr double worst_scale = 1.5;
 constexpr std::size_t start_sample = 500;
 
 MatchOptions fit_options() {
@@ -24,6 +27,13 @@ MatchOptions fit_options() {
 }
 
 }  // namespace
+
+std::string not_on_frame(bool moving) {
+  return moving ? "the part that moves does not lie on it within the noise of the scans: it is not seen there, or went "
+                  "too far since the frame before; give the frames between, or leave this one out"
+                : "the part that stays does not lie on it within the noise of the scans: another object, or turned or "
+                  "shifted against the frame before; bring it there with isopach match --coarse, or leave it out";
+}
 
 double surface_distance(const OrientedCloud& frame, const Point3& place, double reach) {
   const PointTree::Two two = frame.tree->nearest_two(place);
@@ -88,9 +98,10 @@ std::optional<PartFit> fit_part(const OrientedCloud& part, const OrientedCloud& 
       sizes[i] = std::fabs(dot(l.moving - l.fixed, l.normal));
     }
     fit.scale = mad_to_sigma * median(sizes);
+    const double within = on_surface * std::min(fit.scale, worst_scale * std::hypot(part.roughness, frame.roughness));
     std::size_t on = 0;
     for (const Link& l : state.links)
-      if (std::fabs(dot(l.moving - l.fixed, l.normal)) <= on_surface * fit.scale) ++on;
+      if (std::fabs(dot(l.moving - l.fixed, l.normal)) <= within) ++on;
     fit.support = static_cast<double>(on) / static_cast<double>(part.points.size());
     return fit;
   } catch (const OverlapError&) {

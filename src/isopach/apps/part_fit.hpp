@@ -12,10 +12,13 @@ namespace isopach {
 struct PartFit {
   Motion motion;
   double rms = 0;      ///< of the distances to the frame's planes that take part
-  double support = 0;  ///< share of the part's points that lie on the frame (within its noise)
+  double support = 0;  ///< share of the part's points that lie on the frame, within the roughness of both
   PairInformation information;
   double scale = 0;  ///< standard deviation of a distance, from the median of all pairs
 };
+
+/// Why a frame is skipped, and what can be done.
+[[nodiscard]] std::string not_on_frame(bool moving);
 
 /// The points of `model` with `flag` 1: what a part is fitted by.
 [[nodiscard]] OrientedCloud part_of(const OrientedCloud& model, std::span<const unsigned char> flag);

@@ -189,7 +189,7 @@ class Sequence {
     if (k == options_.reference) still_ = relative_ = Motion{}, before_.reset();
     const std::optional<PartFit> still = fit_part(static_, *frame, std::array{still_, Motion{}}, context_);
     if (!still || still->support < least_support_static) {
-      f.skipped = "the part that stays does not lie on it";
+      f.skipped = not_on_frame(false);
       return;
     }
     std::vector<Motion> starts{composed(still->motion, relative_), still->motion};
@@ -197,7 +197,7 @@ class Sequence {
       starts.push_back(composed(still->motion, composed(relative_, composed(inverted(*before_), relative_))));
     const std::optional<PartFit> moving = fit_part(moving_, *frame, starts, context_);
     if (!moving || moving->support < least_support_moving) {
-      f.skipped = "the part that moves does not lie on it";
+      f.skipped = not_on_frame(true);
       return;
     }
     still_ = still->motion;

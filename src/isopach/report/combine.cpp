@@ -28,11 +28,13 @@ Json input_json(const InputSummary& in) {
 Json located_json(const LocatedReference& l) {
   return {{"matrix", matrix(l.pose)},
           {"rms", real(l.rms)},
+          {"pairs", l.pairs},
           {"share", real(l.share)},
           {"covered", real(l.covered)},
           {"centre", point(l.centre)},
           {"covariance", covariance(l.covariance)},
-          {"weak_directions", l.weak_directions}};
+          {"correlation", real(l.correlation)},
+          {"slip", real(l.slip)}};
 }
 
 Json maybe_matrix(const std::optional<Pose>& pose) { return pose ? matrix(*pose) : Json(nullptr); }
