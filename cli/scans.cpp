@@ -44,6 +44,11 @@ void add_border_options(Command& command, BorderRule& border, double& max_edge) 
 
 void add_border_options(Command& command, CompareOptions& options) {
   add_border_options(command, options.border, options.max_edge);
+  command.choice<FoldRule>(
+      "--folds", options.folds, {{"leave-out", FoldRule::leave_out}, {"keep", FoldRule::keep}},
+      "Places where a scan has several layers along the direction, as under overhangs; leave-out: no part of any "
+      "figure, their share is told; keep: measured as triangulated"
+      );
 }
 
 ReadOptions read_options(const ProjectOptions& project) {

@@ -23,7 +23,7 @@ void add_scan_options(Command& command, ProjectOptions& project, std::string& po
 void add_points_options(Command& command, ProjectOptions& project, std::string& unit,
                         const std::string& duplicates_help);
 
-/// --border and --max-edge.
+/// --border and --max-edge; of a comparison --folds, too.
 void add_border_options(Command& command, BorderRule& border, double& max_edge);
 void add_border_options(Command& command, CompareOptions& options);
 

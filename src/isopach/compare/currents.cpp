@@ -55,8 +55,8 @@ void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Border
                       Comparison& c, const Context& context) {
   if (!asked(c.options)) return;
   const bool over_hull = c.options.domain == DomainKind::hull;
-  const SurfaceCurrent a = current_in_domain(m1, borders.in_2.other, over_hull, clip),
-                       b = current_in_domain(m2, borders.in_1.other, over_hull, clip);
+  const SurfaceCurrent a = current_in_domain(m1, borders.measured_2().other, over_hull, clip),
+                       b = current_in_domain(m2, borders.measured_1().other, over_hull, clip);
   for (const auto& [current, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}})
     if (current->centroids.empty())
       throw OverlapError(fmt::format(
