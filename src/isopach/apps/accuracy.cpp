@@ -78,11 +78,9 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
   a.comparison = compare(reference, reconstruction, compare_options, context, meshes);
   a.unit = a.comparison.unit;
   const Comparison& c = a.comparison;
-  const Cosines cosine = cosines(meshes);
-  const NormalCells cells(c, meshes, cosine);
+  const NormalCells cells(c, meshes);
   a.normal = measure(cells.view(), context);
-  a.points = point_residuals(reconstruction, a.pose, c.frame, compare_options.project,
-                             along_normal(c.fields_b.dz_signed, meshes.b.node_of_point, cosine.b), context);
+  a.points = point_residuals(reconstruction, a.pose, c.frame, compare_options.project, c.fields_b.dz_signed, context);
   describe_completeness(reference, cells.view(), a, context);
 
   clock.start("distance");

@@ -1,8 +1,6 @@
 #include "isopach/apps/along_normal.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/surface.hpp"
@@ -35,31 +33,17 @@ Array<double> cosines_of(const HeightField& field, const Triangulation& t, const
 
 }  // namespace
 
-Cosines cosines(const ScanMeshes& m) {
-  Cosines c;
-  both([&] { c.a = cosines_of(m.a, m.t1, single(m.kept_1, m.folded_1)); },
-       [&] { c.b = cosines_of(m.b, m.t2, single(m.kept_2, m.folded_2)); });
-  return c;
-}
-
-NormalCells::NormalCells(const Comparison& c, const ScanMeshes& meshes, const Cosines& cosine) : c_(c) {
-  const UnitedNodes nodes = unite(meshes.a.xy, meshes.b.xy, c.frame.curve);
+NormalCells::NormalCells(const Comparison& c, const ScanMeshes& m) : c_(c) {
+  Array<double> cosine_a, cosine_b;
+  both([&] { cosine_a = cosines_of(m.a, m.t1, single(m.kept_1, m.folded_1)); },
+       [&] { cosine_b = cosines_of(m.b, m.t2, single(m.kept_2, m.folded_2)); });
+  const UnitedNodes nodes = unite(m.a.xy, m.b.xy, c.frame.curve);
   zero_.assign(nodes.xy.size(), 0.0);
   d_.resize(nodes.xy.size());
   for_each_index(d_.size(), [&](std::size_t i) {
     const Index in_a = nodes.of_1[i], in_b = nodes.of_2[i];
-    d_[i] = c.cells.d(static_cast<Index>(i)) * (in_a != no_index ? cosine.a[in_a] : cosine.b[in_b]);
+    d_[i] = c.cells.d(static_cast<Index>(i)) * (in_a != no_index ? cosine_a[in_a] : cosine_b[in_b]);
   });
-}
-
-Array<double> along_normal(std::span<const double> dz_signed, std::span<const Index> node_of_point,
-                           std::span<const double> cosine) {
-  Array<double> d(dz_signed.size());
-  for_each_index(d.size(), [&](std::size_t i) {
-    const Index node = node_of_point[i];
-    d[i] = node == no_index ? std::numeric_limits<double>::quiet_NaN() : dz_signed[i] * cosine[node];
-  });
-  return d;
 }
 
 }  // namespace isopach

@@ -3,27 +3,19 @@
 // Along the direction a wall of slope θ shows every deviation 1 / cos θ times, so a few steep facets rule a mean square.
 // Along the normal it is d · cos θ, to first order in the deviation.
 #pragma once
-#include <span>
-
 #include "isopach/compare/comparison.hpp"
 #include "isopach/compare/meshes.hpp"
 
 namespace isopach {
 
-/// By node: cosine of the slope there, the mean over the facets that are kept and not folded, by area; of its square
-/// what the noise of the heights adds to it is taken off, so that rough ground does not pass for a slope. 1 where there
-/// is no facet. Cost O(n).
-struct Cosines {
-  Array<double> a, b;  ///< of the nodes of either scan
-};
-[[nodiscard]] Cosines cosines(const ScanMeshes& meshes);
-
 /// The cells of a comparison with d · cos θ in the place of d: θ at each node that of its own scan, of A where both have
-/// it. Areas stay those in the plane. `c` and `meshes` come from one comparison without polygons or mask. Cost
-/// O(nodes). Test: tests/apps/accuracy_test.cpp.
+/// it, from the mean slope of the facets around it that are kept and not folded, by area; of its square what the noise
+/// of the heights adds to it is taken off, so that rough ground does not pass for a slope. Areas stay those in the
+/// plane. `c` and `meshes` come from one comparison without polygons or mask. Cost O(nodes). Test:
+/// tests/apps/accuracy_test.cpp.
 class NormalCells {
  public:
-  NormalCells(const Comparison& c, const ScanMeshes& meshes, const Cosines& cosine);
+  NormalCells(const Comparison& c, const ScanMeshes& meshes);
   /// As long as the comparison lives.
   [[nodiscard]] CellView view() const { return {c_.cells.triangulation, c_.cells.xy, zero_, d_, c_.cells.in_domain}; }
 
@@ -31,9 +23,5 @@ class NormalCells {
   const Comparison& c_;
   Array<double> zero_, d_;
 };
-
-/// dz_signed of the points of a scan, likewise. `node_of_point`, `cosine`: of that scan.
-[[nodiscard]] Array<double> along_normal(std::span<const double> dz_signed, std::span<const Index> node_of_point,
-                                         std::span<const double> cosine);
 
 }  // namespace isopach

@@ -42,7 +42,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
   const stages::AreaOfInterest area(options, !cloud_a.crs.empty() ? cloud_a.crs : cloud_b.crs,
                                     2 * (a.xy.size() + b.xy.size()), c, context);
-  const stages::FoldsAsked spreads = stages::merged_spreads(cloud_a, cloud_b, a, b, c);
+  const stages::MergedSpreads spreads = stages::merged_spreads(cloud_a, cloud_b, a, b, c);
   stages::Noise noise(options, context);
   noise.take_sigmas(cloud_a, cloud_b, a, b);
   stages::Weighting weighting(options, context);

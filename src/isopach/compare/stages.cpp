@@ -128,6 +128,21 @@ FoldSummary left_out(const Comparison& c) {
   return c.options.folds == FoldRule::leave_out ? c.folds : FoldSummary{};
 }
 
+void warn_of_folds(Comparison& c) {
+  constexpr double told = 0.02;
+  if (!(c.folds.share > told)) return;
+  const bool keeps = c.options.folds == FoldRule::keep;
+  const double volume = c.measures.volume.absolute > 0 ? c.folds.volume.absolute / c.measures.volume.absolute : 0;
+  c.warnings.push_back(
+      fmt::format("{:.2g} % of the area that both scans cover has several layers along the direction and is {}: another "
+                  "--direction, --crop or, of files with faces, --visible leaves one layer of it",
+                  100 * c.folds.share,
+                  keeps ? fmt::format("measured as it is triangulated, {:.2g} % of the absolute volume (--folds "
+                                      "leave-out leaves it out)",
+                                      100 * volume)
+                        : "left out of all figures (--folds keep measures it as it is triangulated)"));
+}
+
 // Of the union. What the footprints share is not known exactly, only the cells that lie in both; those miss of it what
 // the cells of the hulls miss of the hulls' intersection, along its border.
 double area_of_both_footprints(const Borders& borders, const Comparison& c) {
@@ -499,6 +514,7 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   if (untrimmed_volume > 0) c.trimmed_volume /= untrimmed_volume;
   if (!(c.area_union > 0)) c.area_union = c.domain_area;  // two lines span a hull but cover nothing themselves
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
+  warn_of_folds(c);
   if (c.coverage < c.options.min_coverage)
     throw OverlapError(fmt::format(
         "coverage is {:.6g}, below the {:.6g} that --min-coverage asks for: the scans share too little area",

@@ -53,27 +53,52 @@ double kth_smallest(std::vector<double>& values, std::size_t k) {
   return *at;
 }
 
-/// Rules 1 and 2 at one node after another.
+enum Cover : unsigned char { open = 0, covered = 1, surely_covered = 2 };
+
+/// Rules 1 to 3 at one node after another.
 class Finder {
  public:
   Finder(const Stars& stars, std::span<const Point2> xy, std::span<const double> z, std::span<const double> spread)
       : stars_(stars), xy_(xy), z_(z), spread_(spread) {}
 
-  [[nodiscard]] bool covered(Index node) {
-    if (!may_be_covered(node)) return false;
-    const double own = limit(node);
-    if (!spread_.empty() && spread_[node] > own) return true;
-    above_.clear(), below_.clear();
-    stars_.for_neighbours(node, [&](Index n) {
-      const double step = z_[n] - z_[node];
-      if (std::fabs(step) > own) (step > 0 ? above_ : below_).push_back(n);
-    });
-    for (std::vector<Index>* others : {&above_, &below_})
-      std::erase_if(*others, [&](Index n) { return !(std::fabs(z_[n] - z_[node]) > limit(n)); });
-    return surrounded(node, above_) || surrounded(node, below_);
+  [[nodiscard]] Cover cover(Index node) {
+    if (!may_be_covered(node)) return open;
+    const Scale own = scale(node);
+    if (!spread_.empty() && spread_[node] > own.limit(surely_torn_steps)) return surely_covered;
+    ring_.clear();
+    stars_.for_neighbours(node, [&](Index n) { ring_.push_back({n, 0}); });
+    for (Neighbour& n : ring_) {
+      const double step = z_[n.node] - z_[node], size = std::fabs(step);
+      if (!(size > own.limit(torn_steps))) continue;
+      const Scale other = scale(n.node);
+      if (!(size > other.limit(torn_steps))) continue;
+      const bool surely = size > own.limit(surely_torn_steps) && size > other.limit(surely_torn_steps);
+      n.torn = (step > 0 ? 1 : -1) * (surely ? 2 : 1);
+    }
+    return std::max(cover(node, 1), cover(node, -1));
   }
 
  private:
+  struct Scale {
+    double spacing = 0, step = 0;
+    [[nodiscard]] double limit(double steps) const { return std::max(torn_spacings * spacing, steps * step); }
+  };
+  struct Neighbour {
+    Index node;
+    int torn;  // 0; ±1, ±2 surely, above or below
+  };
+
+  [[nodiscard]] Cover cover(Index node, int sign) {
+    if (!surrounded(node, sign, 1)) return open;
+    if (!surrounded(node, sign, 2)) return covered;
+    std::size_t torn = 0, runs = 0;
+    for (std::size_t k = 0; k < ring_.size(); ++k) {
+      const bool is = sign * ring_[k].torn >= 2, before = sign * ring_[(k == 0 ? ring_.size() : k) - 1].torn >= 2;
+      torn += is ? 1 : 0, runs += is && !before ? 1 : 0;
+    }
+    return torn == ring_.size() || runs >= 2 ? surely_covered : covered;
+  }
+
   /// With the least that the limit can be: on an even surface the answer is no.
   [[nodiscard]] bool may_be_covered(Index node) {
     double shortest2 = std::numeric_limits<double>::infinity(), most = spread_.empty() ? 0 : spread_[node];
@@ -85,11 +110,11 @@ class Finder {
     return most * most * rounding > torn_spacings * torn_spacings * shortest2;
   }
 
-  [[nodiscard]] double limit(Index node) {
+  [[nodiscard]] Scale scale(Index node) {
     steps_.clear();
     steps_.push_back(step(node));
     stars_.for_neighbours(node, [&](Index n) { steps_.push_back(step(n)); });
-    return std::max(torn_spacings * spacing(node), torn_steps * median(steps_));
+    return {spacing(node), median(steps_)};
   }
 
   [[nodiscard]] double spacing(Index node) {
@@ -107,49 +132,67 @@ class Finder {
     return dx * dx + dy * dy;
   }
 
-  /// Whether no closed half-plane through the node holds all of `others`, which go round it counter-clockwise.
-  [[nodiscard]] bool surrounded(Index node, const std::vector<Index>& others) const {
-    for (std::size_t k = 0; k < others.size(); ++k)
-      if (orientation(xy_[node], xy_[others[k]], xy_[others[(k + 1) % others.size()]]) <= 0) return false;
-    return !others.empty();
+  /// Whether no closed half-plane through the node holds all neighbours that are torn as much as `least` to one side.
+  /// They go round it counter-clockwise, so it is enough to look at each and the next.
+  [[nodiscard]] bool surrounded(Index node, int sign, int least) {
+    others_.clear();
+    for (const Neighbour& n : ring_)
+      if (sign * n.torn >= least) others_.push_back(n.node);
+    for (std::size_t k = 0; k < others_.size(); ++k)
+      if (orientation(xy_[node], xy_[others_[k]], xy_[others_[(k + 1) % others_.size()]]) <= 0) return false;
+    return !others_.empty();
   }
 
   const Stars& stars_;
   std::span<const Point2> xy_;
   std::span<const double> z_, spread_;
-  std::vector<Index> above_, below_;
+  std::vector<Neighbour> ring_;
+  std::vector<Index> others_;
   std::vector<double> values_, steps_;
 };
 
-/// Rule 3: another covered node within two edges.
-bool has_company(const Stars& stars, const Array<unsigned char>& covered, Index node) {
-  bool found = false;
+/// f(node) for the nodes within two edges; some more than once.
+template <class F>
+void for_near(const Stars& stars, Index node, F&& f) {
   stars.for_neighbours(node, [&](Index n) {
-    found = found || covered[n] != 0;
-    stars.for_neighbours(n, [&](Index m) { found = found || (m != node && covered[m] != 0); });
+    f(n);
+    stars.for_neighbours(n, f);
   });
-  return found;
 }
 
-/// Rule 4, by node: those that count and their neighbours; empty if there are none.
-Array<unsigned char> nodes_of_folds(const Stars& stars, const Array<unsigned char>& covered, std::size_t nodes) {
-  Array<unsigned char> seed(nodes), folded(nodes);
-  const std::size_t seeds = reduce_blocks<std::size_t>(
-      nodes, default_block,
-      [&](std::size_t begin, std::size_t end) {
-        std::size_t count = 0;
-        for (std::size_t i = begin; i < end; ++i) {
-          seed[i] = covered[i] != 0 && has_company(stars, covered, static_cast<Index>(i)) ? 1 : 0;
-          count += seed[i];
-        }
-        return count;
-      },
-      [](std::size_t& total, std::size_t part) { total += part; });
-  if (seeds == 0) return {};
-  for_each_index(nodes, [&](std::size_t i) {
-    folded[i] = seed[i];
-    if (folded[i] == 0) stars.for_neighbours(static_cast<Index>(i), [&](Index n) { folded[i] |= seed[n]; });
-  });
+/// Rule 4: the nodes of groups that count.
+std::vector<Index> groups_that_count(const Stars& stars, const Array<unsigned char>& cover) {
+  std::vector<Index> all;
+  std::vector<bool> seen(cover.size());
+  for (std::size_t i = 0; i < cover.size(); ++i) {
+    if (cover[i] != surely_covered || seen[i]) continue;
+    std::vector<Index> group{static_cast<Index>(i)};
+    seen[i] = true;
+    std::size_t sure = 0;
+    for (std::size_t k = 0; k < group.size(); ++k) {
+      sure += cover[group[k]] == surely_covered ? 1 : 0;
+      const Index node = group[k];
+      for_near(stars, node, [&](Index n) {
+        if (cover[n] == open || seen[n]) return;
+        seen[n] = true;
+        group.push_back(n);
+      });
+    }
+    if (sure >= 2) all.insert(all.end(), group.begin(), group.end());
+  }
+  return all;
+}
+
+/// Rule 5, by node: those of the groups and their neighbours; empty if there are none.
+Array<unsigned char> nodes_of_folds(const Stars& stars, const Array<unsigned char>& cover) {
+  const std::vector<Index> seeds = groups_that_count(stars, cover);
+  if (seeds.empty()) return {};
+  Array<unsigned char> folded(cover.size());
+  std::fill(folded.begin(), folded.end(), static_cast<unsigned char>(0));
+  for (const Index seed : seeds) {
+    folded[seed] = 1;
+    stars.for_neighbours(seed, [&](Index n) { folded[n] = 1; });
+  }
   return folded;
 }
 
@@ -159,12 +202,12 @@ Folds find_folds(const Triangulation& t, std::span<const Point2> xy, std::span<c
                  std::span<const double> spread, const Footprint& footprint, const Context& context) {
   context.check();
   const Stars stars(t, footprint);
-  Array<unsigned char> covered(xy.size());
+  Array<unsigned char> cover(xy.size());
   for_blocks(xy.size(), default_block, [&](std::size_t begin, std::size_t end) {
     Finder finder(stars, xy, z, spread);
-    for (std::size_t i = begin; i < end; ++i) covered[i] = finder.covered(static_cast<Index>(i)) ? 1 : 0;
+    for (std::size_t i = begin; i < end; ++i) cover[i] = finder.cover(static_cast<Index>(i));
   });
-  const Array<unsigned char> node = nodes_of_folds(stars, covered, xy.size());
+  const Array<unsigned char> node = nodes_of_folds(stars, cover);
   Folds folds;
   if (node.empty()) return folds;
   folds.folded.resize(t.real);

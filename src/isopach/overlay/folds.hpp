@@ -4,14 +4,17 @@
 // each scan alone and on what its footprint keeps:
 //   1. At a node, h is its spacing (its third-shortest edge in the plane) and r how much the heights of neighbours on
 //      one layer differ (the second-smallest step to a neighbour; the median of these over the node and its
-//      neighbours). An edge is torn if its ends lie farther apart in height than `torn_spacings` h and `torn_steps` r
-//      of either end: steeper than the spacing can carry and more than the layer itself does from node to node.
+//      neighbours). An edge is torn if its ends lie farther apart in height than 2 h and 4 r of either end: steeper
+//      than the spacing can carry, and more than the layer itself does from node to node.
 //   2. A node is covered if neighbours that lie above it over torn edges surround it in the plane (no half-plane
-//      through the node holds them all), or if such neighbours below it do. That is what tells a fold from a cliff:
-//      the top of a cliff lies on one side of its foot, however ragged the sampling, and the rim of a mesa about none.
-//   3. A covered node counts if another one lies within two edges of it: a point that stands alone is an outlier.
-//   4. Folded are the triangles with a corner at such a node or at a neighbour of one.
-// A node whose merged points lie as far apart in height as the ends of a torn edge is covered, too.
+//      through the node holds them all), or if such neighbours below it do.
+//   3. It is surely covered if that holds with 8 r in the place of 4 r, and if these neighbours are all it has or lie in
+//      two runs or more around it, others between them: the layers lie among each other. Nodes at a cliff, at the
+//      corner of a block or in a gorge three spacings wide are not, however ragged the sampling.
+//   4. Covered nodes within two edges of one another belong together; such a group counts if two of it are surely
+//      covered: one point alone is an outlier.
+//   5. Folded are the triangles with a corner at a node of such a group or at a neighbour of one.
+// A node whose merged points lie as far apart in height as the ends of an edge of rule 3 is surely covered, too.
 //
 // Not seen: layers closer than h or r allows (a fold fades out towards its crease), and single spikes. Seen as folds
 // though they are none: pits, ridges and posts no wider than one or two spacings and steeper than rule 1.
@@ -27,7 +30,7 @@
 namespace isopach {
 
 inline constexpr double torn_spacings = 2;
-inline constexpr double torn_steps = 4;
+inline constexpr double torn_steps = 4, surely_torn_steps = 8;
 
 struct Folds {
   Array<unsigned char> folded;  ///< one flag per real triangle of the footprint; empty if none is

@@ -47,7 +47,7 @@ Json parameters_json(const Roughness& r) {
           {"wrinkle_depth", length_or_null(o.wrinkles.depth)},
           {"wrinkle_length", length_or_null(o.wrinkles.length)},
           {"border", c.border == BorderRule::trim ? "trim" : "hull"},
-          {"folds", to_text(c.folds)},
+          {"folds", c.folds == FoldRule::keep ? "keep" : "leave-out"},
           {"max_edge", length_or_null(c.max_edge)},
           {"duplicates", to_text(c.project.duplicates)},
           {"direction", point({m[6], m[7], m[8]})},
