@@ -37,6 +37,7 @@ struct Request {
   AccuracyOptions options;
   std::vector<AccuracyLimit> limits;
   ApplicationOutput output;
+  bool visible = false;
   RunOptions run;
 };
 
@@ -116,6 +117,7 @@ int run_accuracy(const Arguments& arguments) {
   command.flag("--allow-crs", compare.allow_crs,
                "Go on although the CRS is in degrees, is Web Mercator, or differs between the scans");
   add_border_options(command, compare);
+  add_visible_option(command, request.visible);
   add_match_options(command, options);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
@@ -132,8 +134,14 @@ int run_accuracy(const Arguments& arguments) {
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;
-  const Cloud reconstruction = read_cloud(request.reconstruction, wanted, run.context());
-  const Cloud reference = read_cloud(request.reference, wanted, run.context());
+  Cloud reconstruction = read_cloud(request.reconstruction, wanted, run.context());
+  Cloud reference = read_cloud(request.reference, wanted, run.context());
+  if (request.visible) {
+    Cloud seen = visible_of(reference, {}, reconstruction, compare.project, run.context());
+    reconstruction =
+        visible_of(std::move(reconstruction), options.start, reference, compare.project, run.context());
+    reference = std::move(seen);
+  }
   const double read_s = watch.lap();
   Accuracy a = accuracy(reconstruction, reference, request.options, run.context());
   const std::vector<AccuracyCheck> checks = verdict(a, request.limits);

@@ -44,7 +44,7 @@ struct Request {
   std::vector<std::string> fail_above;
   RegistrationError registration;
   CLI::Option* model = nullptr;  // --uncertainty-model
-  bool no_layer_check = false, match = false;
+  bool no_layer_check = false, match = false, visible = false;
   MatchOptions matching;  ///< compare and start are those of the comparison
   Delivery delivery;
   RunOptions run;
@@ -61,8 +61,9 @@ void add_projection_options(Command& command, Request& request) {
       "uncertainty (--uncertainty-model registration, the default with --match and sigmas)");
   command.flag("--allow-crs", request.options.allow_crs,
                "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
+  add_visible_option(command, request.visible);
   command.flag("--no-layer-check", request.no_layer_check,
-               "Do not look for several layers above one another (saves time)");
+               "Do not look for several layers above one another, nor for folds (saves time)");
 }
 
 void add_uncertainty_options(Command& command, Request& request) {
@@ -304,13 +305,19 @@ int run_compare(const Arguments& arguments) {
       folder != nullptr && !request.delivery.no_cells && request.options.surface != Surface::common;
   Stopwatch watch;
   ReadOptions wanted = read_options(request.options.project);
+  wanted.faces = request.visible;
   const UncertaintyOptions& uncertainty = request.options.uncertainty;
   for (const SigmaSource* s : {&uncertainty.sigma1, &uncertainty.sigma2})
     if (s->kind == SigmaSource::Kind::attribute) wanted.attributes.push_back(s->name);
   if (request.options.weight.kind == WeightSource::Kind::attribute)
     wanted.attributes.push_back(request.options.weight.text);
-  const Cloud a = read_cloud(request.path_a, wanted, run.context());
-  const Cloud b = read_cloud(request.path_b, wanted, run.context());
+  Cloud a = read_cloud(request.path_a, wanted, run.context());
+  Cloud b = read_cloud(request.path_b, wanted, run.context());
+  if (request.visible) {
+    Cloud seen = visible_of(a, {}, b, request.options.project, run.context());
+    b = visible_of(std::move(b), request.options.pose, a, request.options.project, run.context());
+    a = std::move(seen);
+  }
   const double read_s = watch.lap();
   std::vector<std::string> remarks;
   std::shared_ptr<const Matching> matching;

@@ -43,6 +43,7 @@ struct Request {
   std::string moving, fixed, start, output, json, pose_out;
   bool pose_only = false, no_map = false;
   MatchOptions options;
+  bool visible = false;
   RunOptions run;
 };
 
@@ -257,6 +258,7 @@ int run_match(const Arguments& arguments) {
   command.flag("--allow-crs", compare.allow_crs,
                "Match although the CRS is in degrees, is Web Mercator, or differs between the scans");
   add_border_options(command, compare);
+  add_visible_option(command, request.visible);
   command.heading("Matching");
   command.parsed(
       "--weight", "FORMULA|@ATTRIBUTE|FILE", compare.weight,
@@ -286,8 +288,14 @@ int run_match(const Arguments& arguments) {
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;  // files that have some may be nominal meshes
   if (compare.weight.kind == WeightSource::Kind::attribute) wanted.attributes.push_back(compare.weight.text);
-  const Cloud moving = read_cloud(request.moving, wanted, run.context());
-  const Cloud fixed = read_cloud(request.fixed, wanted, run.context());
+  wanted.faces = request.visible;
+  Cloud moving = read_cloud(request.moving, wanted, run.context());
+  Cloud fixed = read_cloud(request.fixed, wanted, run.context());
+  if (request.visible) {
+    Cloud seen = visible_of(fixed, {}, moving, compare.project, run.context());
+    moving = visible_of(std::move(moving), request.options.start, fixed, compare.project, run.context());
+    fixed = std::move(seen);
+  }
   const double read_s = watch.lap();
   Matching m = match(moving, fixed, request.options, run.context());
   deliver_match(m, moving, request, folder.get(), read_s, run);

@@ -37,6 +37,7 @@ struct Request {
   bool no_layer_check = false;
   MapOptions map;
   RoughnessOptions options;
+  bool visible = false;
   RunOptions run;
 };
 
@@ -190,8 +191,9 @@ int run_roughness(const Arguments& arguments) {
   add_accept_doubt(command, o.accept_doubt);
   command.flag("--allow-crs", o.compare.allow_crs,
                "Measure although the CRS is in degrees, is Web Mercator, differs, or heights have another unit");
+  add_visible_option(command, request.visible);
   command.flag("--no-layer-check", request.no_layer_check,
-               "Do not look for several layers above one another (saves time)");
+               "Do not look for several layers above one another, nor for folds (saves time)");
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   check_use(request);
@@ -204,11 +206,18 @@ int run_roughness(const Arguments& arguments) {
   std::unique_ptr<OutputFolder> folder;
   if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
   Stopwatch watch;
-  const ReadOptions wanted = read_options(o.compare.project);
-  const Cloud scan = read_cloud(request.scan, wanted, run.context());
+  ReadOptions wanted = read_options(o.compare.project);
+  wanted.faces = request.visible;
+  Cloud scan = read_cloud(request.scan, wanted, run.context());
   Cloud after, reference;
   if (!request.after.empty()) after = read_cloud(request.after, wanted, run.context());
   if (!request.reference.empty()) reference = read_cloud(request.reference, wanted, run.context());
+  if (request.visible) {
+    Cloud seen = visible_of(scan, {}, after, o.compare.project, run.context());
+    if (!request.after.empty())
+      after = visible_of(std::move(after), o.compare.pose, scan, o.compare.project, run.context());
+    scan = std::move(seen);
+  }
   const double read_s = watch.lap();
   Roughness r = roughness(scan, request.after.empty() ? nullptr : &after,
                           request.reference.empty() ? nullptr : &reference, o, run.context());

@@ -30,6 +30,7 @@ struct Request {
   std::string start;
   ScannersOptions options;
   ApplicationOutput output;
+  bool visible = false;
   RunOptions run;
 };
 
@@ -59,6 +60,7 @@ int run_scanners(const Arguments& arguments) {
   command.flag("--allow-crs", compare.allow_crs,
                "Go on although the CRS is in degrees, is Web Mercator, or differs between the scans");
   add_border_options(command, compare);
+  add_visible_option(command, request.visible);
   add_match_options(command, request.options.match);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
@@ -70,8 +72,15 @@ int run_scanners(const Arguments& arguments) {
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;  // files that have some may be nominal meshes
-  const Cloud a = read_cloud(request.a, wanted, context), b = read_cloud(request.b, wanted, context);
-  const Cloud reference = read_cloud(request.reference, wanted, context);
+  Cloud a = read_cloud(request.a, wanted, context), b = read_cloud(request.b, wanted, context);
+  Cloud reference = read_cloud(request.reference, wanted, context);
+  if (request.visible) {
+    const Pose& start = request.options.match.start;
+    Cloud seen = visible_of(reference, {}, a.faces.empty() ? b : a, compare.project, context);
+    a = visible_of(std::move(a), start, reference, compare.project, context);
+    b = visible_of(std::move(b), start, reference, compare.project, context);
+    reference = std::move(seen);
+  }
   const double read_s = watch.lap();
   Scanners s = scanners(a, b, reference, request.options, context);
   const MapOptions& look = request.output.map;

@@ -1,6 +1,8 @@
 #include "cli/scans.hpp"
 
 #include "cli/parse.hpp"
+#include "isopach/apps/visible.hpp"
+#include "isopach/base/error.hpp"
 
 namespace isopach::cli {
 
@@ -44,6 +46,29 @@ void add_border_options(Command& command, BorderRule& border, double& max_edge) 
 
 void add_border_options(Command& command, CompareOptions& options) {
   add_border_options(command, options.border, options.max_edge);
+  command.choice<FoldRule>(
+      "--folds", options.folds, {{"leave-out", FoldRule::leave_out}, {"keep", FoldRule::keep}},
+      "Places where a scan has several layers along the direction, as under overhangs; leave-out: no part of any "
+      "figure, their share is told; keep: measured as triangulated"
+      );
+}
+
+void add_visible_option(Command& command, bool& visible) {
+  command.flag("--visible", visible,
+               "Of files with faces: points behind a face, seen from where the direction comes from, are left out, so "
+               "that what is left is a height field");
+}
+
+Cloud visible_of(Cloud cloud, const Pose& pose, const Cloud& other, const ProjectOptions& project,
+                 const Context& context) {
+  if (cloud.faces.empty() && other.faces.empty())
+    throw UsageError("--visible: none of the files has faces that could hide a point: leave the option out");
+  if (cloud.faces.empty()) {
+    cloud.notes.push_back("it has no faces, so all of its points are kept (--visible)");
+    return cloud;
+  }
+  const Frame frame = choose_frame(other.points.empty() ? cloud : other, cloud, pose, project, context);
+  return visible_part(cloud, pose, frame, project, context);
 }
 
 ReadOptions read_options(const ProjectOptions& project) {

@@ -3,6 +3,8 @@
 #include <string>
 
 #include "cli/command.hpp"
+#include "isopach/base/context.hpp"
+#include "isopach/cloud/cloud.hpp"
 #include "isopach/compare/options.hpp"
 #include "isopach/io/read.hpp"
 
@@ -23,9 +25,16 @@ void add_scan_options(Command& command, ProjectOptions& project, std::string& po
 void add_points_options(Command& command, ProjectOptions& project, std::string& unit,
                         const std::string& duplicates_help);
 
-/// --border and --max-edge.
+/// --border and --max-edge; of a comparison --folds, too.
 void add_border_options(Command& command, BorderRule& border, double& max_edge);
 void add_border_options(Command& command, CompareOptions& options);
+
+/// --visible.
+void add_visible_option(Command& command, bool& visible);
+/// What --visible leaves of a scan, seen in the frame of it (after `pose`) and `other` together. A scan without faces is
+/// whole, and a note says so; UsageError where neither has any.
+[[nodiscard]] Cloud visible_of(Cloud cloud, const Pose& pose, const Cloud& other, const ProjectOptions& project,
+                               const Context& context);
 
 /// What has to be read of a scan; without classes to select no attributes: memory is not free.
 [[nodiscard]] ReadOptions read_options(const ProjectOptions& project);

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/apps/along_normal.hpp"
 #include "isopach/apps/pieces.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -27,13 +28,14 @@ double footprint_area(const Cloud& reference, const Frame& frame, const CompareO
       .footprint.area;
 }
 
-void describe_completeness(const Cloud& reference, Accuracy& a, const Context& context) {
+void describe_completeness(const Cloud& reference, const CellView& along_normal, Accuracy& a, const Context& context) {
   const Comparison& c = a.comparison;
   Completeness& k = a.completeness;
   k.reference_area = footprint_area(reference, c.frame, c.options, context);
-  const auto share = [&](double area) { return std::min(1.0, area / k.reference_area); };
-  k.share = share(c.domain_area);
-  if (a.options.within > 0) k.within = share(area_within(c.cells.view(), a.options.within, context));
+  const double folded = c.options.folds == FoldRule::leave_out ? c.folds.area : 0;
+  k.share = std::min(1.0, (c.domain_area + folded) / k.reference_area);
+  if (a.options.within > 0)
+    k.within = std::min(1.0, area_within(along_normal, a.options.within, context) / (k.reference_area - folded));
 }
 
 DistanceOptions distance_options(const Accuracy& a) {
@@ -75,11 +77,14 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
   clock.start("compare");
   CompareOptions compare_options = m.compare;
   compare_options.pose = a.pose;
-  a.comparison = compare(reference, reconstruction, compare_options, context);
+  ScanMeshes meshes;
+  a.comparison = compare(reference, reconstruction, compare_options, context, meshes);
   a.unit = a.comparison.unit;
   const Comparison& c = a.comparison;
+  const NormalCells cells(c, meshes);
+  a.normal = measure(cells.view(), context);
   a.points = point_residuals(reconstruction, a.pose, c.frame, compare_options.project, c.fields_b.dz_signed, context);
-  describe_completeness(reference, a, context);
+  describe_completeness(reference, cells.view(), a, context);
 
   clock.start("distance");
   a.distances = distance(reference, reconstruction, nullptr, distance_options(a), context);

@@ -22,8 +22,8 @@ struct AccuracyOptions {
 
 struct Completeness {
   double reference_area = 0;     ///< what the reference's sampling supports
-  double share = 0;              ///< of it, over which the reconstruction is known, too
-  std::optional<double> within;  ///< share of it where |d| is at most options.within
+  double share = 0;              ///< of it, over which the reconstruction is known, too; folds of either count
+  std::optional<double> within;  ///< share of it without folds where d along the normal is at most options.within
 };
 
 struct Accuracy {
@@ -33,7 +33,8 @@ struct Accuracy {
   Pose pose;                         ///< T_reference_reconstruction
   double scale = 1;                  ///< of the pose
   Comparison comparison;  ///< A: the reference, B: the reconstruction after the pose; d = reconstruction − reference
-  PointResiduals points;  ///< of the points of the reconstruction about the surface of the reference
+  Measures normal;        ///< of the same cells, along the normal of the surface: what the headline tells
+  PointResiduals points;  ///< of the points of the reconstruction about the surface of the reference, along the direction
   Distances distances;    ///< A, B likewise: to the closest surface point, Hausdorff
   Completeness completeness;
   std::vector<std::string> warnings;

@@ -15,6 +15,7 @@
 #include "isopach/distance/point_tree.hpp"
 #include "isopach/measure/form.hpp"
 #include "isopach/measure/gaussian_filter.hpp"
+#include "isopach/overlay/folds.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"
 
@@ -30,6 +31,7 @@ struct Scan {
   MatchSurface s;
   Array<Index> node_of_point;
   Array<double> below;  ///< height of the reference; empty without
+  Folds folds;          ///< left out of the footprint of s, unless they are to be kept
 };
 
 InputSummary summary(const Cloud& cloud, const char* role, const Pose& pose, const Frame& frame,
@@ -69,6 +71,24 @@ void thin_out(Array<Point2>& xy, Array<double>& z, Array<double>& below, Array<I
     if (id != no_index) id = now[id];
 }
 
+/// Nodes in folds stay without a facet, so that nothing is fitted to them.
+void find_folds_of(Scan& scan, const RoughnessOptions& options, const Context& context) {
+  if (!options.compare.check_layers) return;
+  MatchSurface& s = scan.s;
+  scan.folds = find_folds(s.t, s.xy, s.z, {}, s.footprint, context);
+  if (!scan.folds.any() || options.compare.folds == FoldRule::keep) return;
+  Array<unsigned char> kept(s.t.real);
+  for_each_index(kept.size(), [&](std::size_t i) {
+    const auto t = static_cast<Index>(i);
+    kept[i] = s.footprint.keeps(t) && !scan.folds.holds(t) ? 1 : 0;
+  });
+  if (std::all_of(kept.begin(), kept.end(), [](unsigned char k) { return k == 0; }))
+    throw OverlapError(
+        "all of the scan has several layers along the direction, so no part of it is a height field: choose another "
+        "--direction, keep one layer by --class or --crop, or take it as it is with --folds keep");
+  s = make_surface(std::move(s.xy), std::move(s.z), std::move(s.t), kept);
+}
+
 /// The scan's surface, without nodes that the reference does not know and those no kept triangle has.
 Scan make_scan(HeightField field, const Cloud& cloud, const Frame& frame, const MatchSurface* reference,
                const RoughnessOptions& options, const Context& context) {
@@ -96,6 +116,7 @@ Scan make_scan(HeightField field, const Cloud& cloud, const Frame& frame, const 
     if (pass == 1)  // what a second look leaves out has no weight and stays
       scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, {options.compare.max_edge}, context);
   }
+  find_folds_of(scan, options, context);
   return scan;
 }
 
@@ -227,7 +248,12 @@ Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Fr
   const MatchSurface& s = scan.s;
   const std::span<const double> area = s.weight;
   x.area = total(area);
-  x.spacing = std::sqrt(x.area / static_cast<double>(s.xy.size()));
+  const bool left_out = scan.folds.any() && o.compare.folds == FoldRule::leave_out;
+  x.folded_area = scan.folds.area;
+  x.folded_share = scan.folds.area / (x.area + (left_out ? scan.folds.area : 0));
+  const auto nodes = left_out ? std::count_if(area.begin(), area.end(), [](double share) { return share > 0; })
+                              : static_cast<std::ptrdiff_t>(s.xy.size());
+  x.spacing = std::sqrt(x.area / static_cast<double>(nodes));
   check_cutoff(o.s_filter, x.spacing, "--s-filter", role, warnings);
   check_cutoff(o.l_filter, x.spacing, "--l-filter", role, warnings);
 

@@ -42,6 +42,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   stages::describe_inputs(cloud_a, cloud_b, a, b, c, context);
   const stages::AreaOfInterest area(options, !cloud_a.crs.empty() ? cloud_a.crs : cloud_b.crs,
                                     2 * (a.xy.size() + b.xy.size()), c, context);
+  const stages::MergedSpreads spreads = stages::merged_spreads(cloud_a, cloud_b, a, b, c);
   stages::Noise noise(options, context);
   noise.take_sigmas(cloud_a, cloud_b, a, b);
   stages::Weighting weighting(options, context);
@@ -88,11 +89,12 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(t1, t2, a, b, a_in_2, b_in_1, c);
-  stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, options, context);
+  stages::Borders borders = stages::find_borders(t1, t2, a, b, a_in_2, b_in_1, spreads, c, context);
   if (area.clip() != nullptr) stages::clip_borders(t1, t2, a, b, *area.clip(), borders, c, context);
-  if (meshes != nullptr) *meshes = {c.frame, a, b, t1, t2, borders.kept_1, borders.kept_2};
-  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.in_2.other, f2_at_a, -1);
-  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.in_1.other, f1_at_b, +1);
+  if (meshes != nullptr) *meshes = stages::meshes_of(c, a, b, t1, t2, borders);
+  const stages::NodesLeftOut left_out = stages::nodes_in_folds(borders);
+  c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.measured_2().other, f2_at_a, -1, left_out.a);
+  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.measured_1().other, f1_at_b, +1, left_out.b);
 
   const OverlayMesh mesh_1{t1, a.xy, a.z, a_in_2, f2_at_a, borders.kept_1};
   const OverlayMesh mesh_2{t2, b.xy, b.z, b_in_1, f1_at_b, borders.kept_2};

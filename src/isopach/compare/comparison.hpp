@@ -62,6 +62,14 @@ struct CurrentsComparison {
   }
 };
 
+/// What the scans have of folds, overlay/folds.hpp.
+struct FoldSummary {
+  double share_a = 0, share_b = 0;  ///< of the area of each scan
+  double area = 0;                  ///< of the cells over a fold of either scan: left out of the domain, or kept in it
+  double share = 0;                 ///< area ÷ (domain with it)
+  Volume volume;                    ///< of these cells
+};
+
 struct Timing {
   std::vector<std::pair<std::string, double>> stages;  ///< seconds, in running order
   double total = 0;
@@ -99,6 +107,7 @@ struct Comparison {
                               ///< volume that the hulls alone would give
   double sliver_area = 0,
          sliver_volume = 0;  ///< of long thin triangles along the border, shares of domain and of absolute volume
+  FoldSummary folds;       ///< zeros where there are none, and where options.check_layers is not set
   Cells cells;
   OverlaySurface overlay_surface;  ///< options.keep_overlay: the cells of the exact overlay, frame coordinates
   Array<double> overlay_lod;       ///< level of detection at its vertices; empty if there is none

@@ -20,6 +20,9 @@ enum class MeasureKind { V, dV, currents };
 enum class Interpolation { linear, cubic };  ///< of each scan between its nodes, see interpolate.hpp, smooth.hpp
 enum class DomainKind { overlap, hull };
 enum class BorderRule { trim, hull };
+/// Places where a scan has several layers along the direction, see overlay/folds.hpp: no part of it, or measured as they
+/// are triangulated.
+enum class FoldRule { leave_out, keep };
 enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp
 
 /// Files that bound the part of the plane that is measured, see domain.hpp. Default: none.
@@ -41,6 +44,7 @@ struct CompareOptions {
   DomainKind domain = DomainKind::overlap;  ///< overlap: no value is extrapolated
   /// trim: only what the sampling supports, overlay/border.hpp; hull: the paper's.
   BorderRule border = BorderRule::trim;
+  FoldRule folds = FoldRule::leave_out;  ///< asked only where check_layers is set
   bool keep_overlay = false;  ///< keep the cells of the overlay as a mesh, to be written; `common` has none
   double max_edge = 0;        ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
   double alpha = 0;           ///< > 0: triangles of T1, T2 with a larger circumradius are no part of a scan; 0: none
@@ -53,7 +57,7 @@ struct CompareOptions {
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do
   std::string unit;          ///< overrides the unit of both inputs; empty = as in the files
   bool allow_crs = false;    ///< accept degrees, pseudo-Mercator, or two different CRS
-  bool check_layers = true;  ///< look for several layers along the direction
+  bool check_layers = true;  ///< look for several layers along the direction, and for folds
 };
 
 }  // namespace isopach

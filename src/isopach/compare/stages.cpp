@@ -10,6 +10,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/domain.hpp"
+#include "isopach/overlay/folds.hpp"
 #include "isopach/overlay/hulls.hpp"
 #include "isopach/overlay/merge.hpp"
 
@@ -122,12 +123,33 @@ void describe_slivers(const CellView& unclipped, const CellView& cells, Comparis
                     c.options.border == BorderRule::hull ? ", or leave them out with --border trim" : ""));
 }
 
+// Cells that belong to what both scans sampled, but not to the domain.
+FoldSummary left_out(const Comparison& c) {
+  return c.options.folds == FoldRule::leave_out ? c.folds : FoldSummary{};
+}
+
+void warn_of_folds(Comparison& c) {
+  constexpr double told = 0.02;
+  if (!(c.folds.share > told)) return;
+  const bool keeps = c.options.folds == FoldRule::keep;
+  const double volume = c.measures.volume.absolute > 0 ? c.folds.volume.absolute / c.measures.volume.absolute : 0;
+  c.warnings.push_back(
+      fmt::format("{:.2g} % of the area that both scans cover has several layers along the direction and is {}: another "
+                  "--direction, --crop or, of files with faces, --visible leaves one layer of it",
+                  100 * c.folds.share,
+                  keeps ? fmt::format("measured as it is triangulated, {:.2g} % of the absolute volume (--folds "
+                                      "leave-out leaves it out)",
+                                      100 * volume)
+                        : "left out of all figures (--folds keep measures it as it is triangulated)"));
+}
+
 // Of the union. What the footprints share is not known exactly, only the cells that lie in both; those miss of it what
 // the cells of the hulls miss of the hulls' intersection, along its border.
 double area_of_both_footprints(const Borders& borders, const Comparison& c) {
   if (c.options.domain == DomainKind::hull) return c.domain_area;
   const double shared_by_hulls = borders.kept_area + borders.removed_area - c.area_union;
-  return borders.kept_area - shared_by_hulls * (c.domain_area / (c.domain_area + c.trimmed_area));
+  const double sampled = c.domain_area + left_out(c).area;
+  return borders.kept_area - shared_by_hulls * (sampled / (sampled + c.trimmed_area));
 }
 
 // One flag per real triangle, as the overlay wants them; nothing where all are kept.
@@ -263,23 +285,38 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
 }
 
 Borders find_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
-                     const Locations& a_in_2, const Locations& b_in_1, const CompareOptions& options,
+                     const Locations& a_in_2, const Locations& b_in_1, const MergedSpreads& spreads, Comparison& c,
                      const Context& context) {
-  const bool trim = options.border == BorderRule::trim;
+  const CompareOptions& options = c.options;
+  const bool trim = options.border == BorderRule::trim, look = options.check_layers;
   Borders borders;
   Footprint f1, f2;
+  Folds folds_1, folds_2;
   both(
       [&] {
         f1 = footprint(t1, a.xy, trim, {options.max_edge, options.alpha}, context);
         borders.in_1 = margins(f1, t1, a.xy, b_in_1, context);
+        if (look) folds_1 = find_folds(t1, a.xy, a.z, spreads.a, f1, context);
       },
       [&] {
         f2 = footprint(t2, b.xy, trim, {options.max_edge, options.alpha}, context);
         borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
+        if (look) folds_2 = find_folds(t2, b.xy, b.z, spreads.b, f2, context);
       });
-  borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
   borders.kept_area = f1.area + f2.area;
   borders.removed_area = f1.removed_area + f2.removed_area;
+  if (folds_1.any() || folds_2.any()) {
+    c.folds.share_a = folds_1.any() ? folds_1.area / f1.area : 0;
+    c.folds.share_b = folds_2.any() ? folds_2.area / f2.area : 0;
+    borders.left_out = options.folds == FoldRule::leave_out;
+    Footprint single_1 = without(f1, folds_1), single_2 = without(f2, folds_2);
+    borders.single.emplace();
+    both([&] { borders.single->in_1 = margins(single_1, t1, a.xy, b_in_1, context); },
+         [&] { borders.single->in_2 = margins(single_2, t2, b.xy, a_in_2, context); });
+    if (borders.left_out) f1 = std::move(single_1), f2 = std::move(single_2);
+    borders.folded_1 = std::move(folds_1.folded), borders.folded_2 = std::move(folds_2.folded);
+  }
+  borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
   return borders;
 }
 
@@ -297,12 +334,13 @@ void find_footprints(const Triangulation& t1, const Triangulation& t2, const Hei
 }
 
 PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
-                         const Margin& in_other, const Array<double>& other, int sign) {
+                         const Margin& in_other, const Array<double>& other, int sign,
+                         const Array<unsigned char>& left_out) {
   PointFields f;
   f.dz_signed.resize(cloud.points.size());
   for_each_index(cloud.points.size(), [&](std::size_t i) {
     const Index node = field.node_of_point[i];
-    if (node == no_index || !in_other.covers(node)) {
+    if (node == no_index || !in_other.covers(node) || (!left_out.empty() && left_out[node] != 0)) {
       f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
       return;
     }
@@ -358,13 +396,28 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
     return over_hull ? in_1.holds(v, cells.xy) || in_2.holds(v, cells.xy)
                      : in_1.holds(v, cells.xy) && in_2.holds(v, cells.xy);
   };
+  std::optional<FootprintOfNodes> single_1, single_2;
+  if (borders.single)
+    single_1.emplace(borders.single->in_1, g.of_1, g.of_2), single_2.emplace(borders.single->in_2, g.of_2, g.of_1);
+  const auto folded = [&](const std::array<Index, 3>& v) {  // in the footprint of a scan, and not without its folds
+    if (!borders.single) return false;
+    return (in_1.holds(v, cells.xy) && !single_1->holds(v, cells.xy)) ||
+           (in_2.holds(v, cells.xy) && !single_2->holds(v, cells.xy));
+  };
   struct Found {
     Index interface = 0;
     Sum trimmed_area, trimmed_volume;
+    Sum folded_area, folded_above, folded_below;
     void trim(const Cell& cell) {
       const Parts parts = split_volume(cell);
       trimmed_area.add(cell.area);
       trimmed_volume.add(parts.above + parts.below);
+    }
+    void fold(const Cell& cell) {
+      const Parts parts = split_volume(cell);
+      folded_area.add(cell.area);
+      folded_above.add(parts.above);
+      folded_below.add(parts.below);
     }
   };
   const CellView view = cells.view();
@@ -373,21 +426,22 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
       [&](std::size_t begin, std::size_t end) {
         Found part;
         Clip::Scratch scratch;
+        const auto for_inside = [&](std::size_t i, auto&& f) {  // the cell, or what of it lies inside the clip
+          if (clip == nullptr) return f(cell_at(view, i));
+          clip->for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
+            for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
+              f(Cell{area, {p.d(), q.d(), r.d()}});
+            });
+          });
+        };
         for (std::size_t i = begin; i < end; ++i) {
           const auto& v = t.triangles[i].v;
           const bool in_hulls =
               over_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0);
-          cells.in_domain[i] = in_hulls && supported(v) ? 1 : 0;
-          if (in_hulls && cells.in_domain[i] == 0) {
-            if (clip == nullptr)
-              part.trim(cell_at(view, i));
-            else
-              clip->for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
-                for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
-                  part.trim({area, {p.d(), q.d(), r.d()}});
-                });
-              });
-          }
+          const bool sampled = in_hulls && supported(v), in_fold = sampled && folded(v);
+          cells.in_domain[i] = sampled && !(in_fold && borders.left_out) ? 1 : 0;
+          if (in_hulls && !sampled) for_inside(i, [&](const Cell& cell) { part.trim(cell); });
+          if (in_fold) for_inside(i, [&](const Cell& cell) { part.fold(cell); });
           part.interface += g.joins(v) ? 1 : 0;
         }
         return part;
@@ -396,10 +450,17 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
         total.interface += part.interface;
         total.trimmed_area.add(part.trimmed_area);
         total.trimmed_volume.add(part.trimmed_volume);
+        total.folded_area.add(part.folded_area);
+        total.folded_above.add(part.folded_above);
+        total.folded_below.add(part.folded_below);
       });
   c.interface = found.interface;
   c.trimmed_area = found.trimmed_area.value();
   c.trimmed_volume = found.trimmed_volume.value();
+  c.folds.area = found.folded_area.value();
+  Volume& in_folds = c.folds.volume;
+  in_folds.above = found.folded_above.value(), in_folds.below = found.folded_below.value();
+  in_folds.net = in_folds.above - in_folds.below, in_folds.absolute = in_folds.above + in_folds.below;
   return cells;
 }
 
@@ -433,6 +494,10 @@ void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* cl
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
   c.domain_area = c.measures.area;
+  if (!(c.domain_area > 0) && left_out(c).area > 0)
+    throw OverlapError(
+        "all the area that the scans share has several layers along the direction, so no part of it is a height field: "
+        "choose another --direction, keep one layer by --class or --crop, or measure it as it is with --folds keep");
   if (!(c.domain_area > 0) && c.trimmed_area > 0)
     throw OverlapError(
         "no part of the area that the scans share is sampled densely enough by both: every triangle was trimmed; use "
@@ -442,11 +507,14 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
         "the common area of the scans holds no cell to measure: they touch, overlap in a sliver only, or all points "
         "lie on one line");
   if (borders.removed_area > 0) c.area_union = area_of_both_footprints(borders, c);
-  c.trimmed_area /= c.domain_area + c.trimmed_area;
-  const double untrimmed_volume = c.measures.volume.absolute + c.trimmed_volume;
+  const FoldSummary out = left_out(c);
+  if (c.folds.area > 0) c.folds.share = std::min(1.0, c.folds.area / (c.domain_area + out.area));
+  c.trimmed_area /= c.domain_area + out.area + c.trimmed_area;
+  const double untrimmed_volume = c.measures.volume.absolute + out.volume.absolute + c.trimmed_volume;
   if (untrimmed_volume > 0) c.trimmed_volume /= untrimmed_volume;
   if (!(c.area_union > 0)) c.area_union = c.domain_area;  // two lines span a hull but cover nothing themselves
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
+  warn_of_folds(c);
   if (c.coverage < c.options.min_coverage)
     throw OverlapError(fmt::format(
         "coverage is {:.6g}, below the {:.6g} that --min-coverage asks for: the scans share too little area",

@@ -85,7 +85,22 @@ class Valleys {
     return w;
   }
 
+  [[nodiscard]] bool runs_along_rim(const Wrinkle& w) const {
+    const auto there = std::count_if(w.nodes.begin(), w.nodes.end(), [&](Index i) { return is_at_rim(i); });
+    return 2 * static_cast<std::size_t>(there) >= w.nodes.size();
+  }
+
  private:
+  [[nodiscard]] bool is_at_rim(Index node) const {
+    const HalfEdge start = leaving_[node];
+    HalfEdge h = start;
+    do {
+      if (!is_kept(triangle_of(h))) return true;
+      h = t_.next_leaving(h);
+    } while (h != start);
+    return false;
+  }
+
   struct Middle {
     double weight = 0, x = 0, y = 0, z = 0;
   };
@@ -206,10 +221,14 @@ Wrinkles find_wrinkles(const Triangulation& t, std::span<const Point2> xy, std::
     if (valley.size() < least_nodes) continue;
     context.check();
     Wrinkle w = valleys.measured(std::move(valley), stretch * out.spacing);
-    if (w.length >= out.length && w.length >= slender * w.width)
-      out.all.push_back(std::move(w));
-    else
+    if (w.length < out.length || w.length < slender * w.width)
       ++out.pits;
+    else if (valleys.runs_along_rim(w))
+      ++out.at_rim;
+    else if (w.mean_depth > steepest * w.width)
+      ++out.steep;
+    else
+      out.all.push_back(std::move(w));
   }
   std::stable_sort(out.all.begin(), out.all.end(),
                    [](const Wrinkle& a, const Wrinkle& b) { return a.depth > b.depth; });

@@ -55,14 +55,14 @@ Json alignment_json(const Accuracy& a) {
   return out;
 }
 
-Json surface_json(const Accuracy& a) {
-  const DifferenceStatistics& d = a.comparison.measures.difference;
+Json differences_json(const Measures& m) {
+  const DifferenceStatistics& d = m.difference;
   Json percentiles;
   for (std::size_t k = 0; k < percentile_levels.size(); ++k)
     percentiles[std::to_string(percentile_levels[k])] = real(d.abs_percentiles[k]);
   return {{"bias", real(d.mean)},
           {"median", real(d.median)},
-          {"rho", real(a.comparison.measures.rho)},
+          {"rho", real(m.rho)},
           {"rms", real(d.rms)},
           {"std", real(d.std)},
           {"nmad", real(d.nmad)},
@@ -131,16 +131,16 @@ class Page : public HtmlPage {
   }
 
   void head() {
-    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">It lies " + brief_sign("surface.bias") +
-            "\u00a0" + height_ + " from the reference on average, RMS " + brief("surface.rms") + "\u00a0" + height_ +
-            "; 95\u00a0% of the area agree to within " + brief("surface.abs_percentiles.95") + "\u00a0" + height_ +
+    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">It lies " + brief_sign("normal.bias") +
+            "\u00a0" + height_ + " from the reference on average, RMS " + brief("normal.rms") + "\u00a0" + height_ +
+            "; 95\u00a0% of the area agree to within " + brief("normal.abs_percentiles.95") + "\u00a0" + height_ +
             ", and " + percent("completeness.share") + "\u00a0% of the reference is there.</p>\n<p class=\"soft\">" +
             escaped(input_name(a_.comparison.b)) + " against the reference " + escaped(input_name(a_.comparison.a)) +
             ": d = reconstruction − reference. Lengths: " + unit_sentence(a_.unit) + ".</p>\n</header>\n";
     out_ += "<div class=\"cards\">\n";
-    card(brief_sign("surface.bias"), height_, "bias: mean d");
-    card(brief("surface.rms"), height_, "RMS of d");
-    card(brief("surface.abs_percentiles.95"), height_, "95 % of the area agree to within");
+    card(brief_sign("normal.bias"), height_, "bias: mean deviation along the normal");
+    card(brief("normal.rms"), height_, "RMS along the normal");
+    card(brief("normal.abs_percentiles.95"), height_, "95 % of the area agree to within");
     card(brief("space.hausdorff.to_reference.upper"), unit_, "farthest point from the reference");
     card(percent("completeness.share"), "%", "of the reference's area is there");
     out_ += "</div>\n";
@@ -163,18 +163,26 @@ class Page : public HtmlPage {
   }
 
   void numbers() {
-    open_table("Surface against surface", "<th>name</th><th></th><th>unit</th><th>what it says</th>",
+    open_table("Surface against surface, along the normal", "<th>name</th><th></th><th>unit</th><th>what it says</th>",
                " class=\"told\"");
-    row("bias", with_sign("surface.bias"), height_, "mean of d by area: the offset that is left after the alignment");
+    row("bias", with_sign("normal.bias"), height_, "mean by area: the offset that is left after the alignment");
+    row("ρ, mean |d|", plain("normal.rho"), height_, "how far apart on average");
+    row("RMS", plain("normal.rms"), height_, "root of the mean of squares");
+    row("standard deviation", plain("normal.std"), height_, "about the bias");
+    row("NMAD", plain("normal.nmad"), height_, "the spread without the outliers");
+    for (const int level : percentile_levels)
+      row("|d| at " + std::to_string(level) + "\u00a0%", plain("normal.abs_percentiles." + std::to_string(level)),
+          height_, std::to_string(level) + "\u00a0% of the area agree to within this");
+    row("largest above", plain("normal.max_above"), height_, "");
+    row("largest below", plain("normal.max_below"), height_, "");
+    close_table();
+    open_table("The same along the direction", "<th>name</th><th></th><th>unit</th><th>what it says</th>",
+               " class=\"told\"");
+    row("bias", with_sign("surface.bias"), height_, "mean of d by area");
     row("ρ, mean |d|", plain("surface.rho"), height_, "how far apart on average");
     row("RMS", plain("surface.rms"), height_, "root of the mean of d²");
-    row("standard deviation", plain("surface.std"), height_, "about the bias");
-    row("NMAD", plain("surface.nmad"), height_, "the spread without the outliers");
-    for (const int level : percentile_levels)
-      row("|d| at " + std::to_string(level) + "\u00a0%", plain("surface.abs_percentiles." + std::to_string(level)),
-          height_, std::to_string(level) + "\u00a0% of the area agree to within this");
-    row("largest above", plain("surface.max_above"), height_, "");
-    row("largest below", plain("surface.max_below"), height_, "");
+    row("|d| at 95\u00a0%", plain("surface.abs_percentiles.95"), height_, "95 % of the area agree to within this");
+    row("folds", percent("folds.share"), "%", escaped(fold_sentence(a_.comparison)));
     close_table();
     open_table("Points against the reference surface", "<th>name</th><th></th><th>unit</th><th>what it says</th>",
                " class=\"told\"");
@@ -221,12 +229,12 @@ class Page : public HtmlPage {
 
 const std::vector<AccuracyStatistic>& accuracy_statistics() {
   static const std::vector<AccuracyStatistic> all{
-      {"bias", "|mean d|", [](const Accuracy& a) { return std::fabs(a.comparison.measures.difference.mean); }},
-      {"rho", "mean |d|", [](const Accuracy& a) { return a.comparison.measures.rho; }},
-      {"rms", "of d", [](const Accuracy& a) { return a.comparison.measures.difference.rms; }},
-      {"std", "of d", [](const Accuracy& a) { return a.comparison.measures.difference.std; }},
-      {"p95", "of |d|", [](const Accuracy& a) { return a.comparison.measures.difference.abs_percentiles[2]; }},
-      {"max", "of |d|", [](const Accuracy& a) { return most(a.comparison.measures.difference); }},
+      {"bias", "|mean d|", [](const Accuracy& a) { return std::fabs(a.normal.difference.mean); }},
+      {"rho", "mean |d|", [](const Accuracy& a) { return a.normal.rho; }},
+      {"rms", "of d", [](const Accuracy& a) { return a.normal.difference.rms; }},
+      {"std", "of d", [](const Accuracy& a) { return a.normal.difference.std; }},
+      {"p95", "of |d|", [](const Accuracy& a) { return a.normal.difference.abs_percentiles[2]; }},
+      {"max", "of |d|", [](const Accuracy& a) { return most(a.normal.difference); }},
       {"noise", "of the points", [](const Accuracy& a) { return a.points.noise; }},
       {"hausdorff", "both ways", hausdorff},
       {"scale", "|scale - 1|", [](const Accuracy& a) { return std::fabs(a.scale - 1); }},
@@ -269,7 +277,9 @@ std::string accuracy_json(const Accuracy& a, const std::vector<AccuracyCheck>& c
                        {"inputs", Json::array({input_json(c.b, "reconstruction"), input_json(c.a, "reference")})},
                        {"parameters", parameters_json(a)},
                        {"alignment", alignment_json(a)},
-                       {"surface", surface_json(a)},
+                       {"normal", differences_json(a.normal)},
+                       {"surface", differences_json(c.measures)},
+                       {"folds", folds(c)},
                        {"points", points_json(a.points)},
                        {"space", space_json(a)},
                        {"completeness",
@@ -286,14 +296,18 @@ std::string accuracy_json(const Accuracy& a, const std::vector<AccuracyCheck>& c
 
 std::string accuracy_text(const Accuracy& a, const std::vector<AccuracyCheck>& checks) {
   const Comparison& c = a.comparison;
-  const DifferenceStatistics& d = c.measures.difference;
+  const DifferenceStatistics& d = a.normal.difference;
   const std::string unit = unit_text(a.unit), height = unit_text(height_unit(c));
   const auto n = [](double v) { return number(v, plain_signs, 4); };
-  std::string out = fmt::format("{} against {}: bias {} {}, rms {} {}\n", input_name(c.b), input_name(c.a),
+  std::string out = fmt::format("{} against {}: bias {} {}, rms {} {} along the normal\n", input_name(c.b), input_name(c.a),
                                 signed_number(d.mean, plain_signs), height, n(d.rms), height);
   line(out, "surface",
-       fmt::format("mean |d| (rho) {} {}, 95 % of the area within {} {}, largest {} {}", n(c.measures.rho), height,
+       fmt::format("mean |d| (rho) {} {}, 95 % of the area within {} {}, largest {} {}", n(a.normal.rho), height,
                    n(d.abs_percentiles[2]), height, n(most(d)), height));
+  line(out, "along direction",
+       fmt::format("bias {} {}, rms {} {}, largest {} {}", signed_number(c.measures.difference.mean, plain_signs), height,
+                   n(c.measures.difference.rms), height, n(most(c.measures.difference)), height));
+  if (c.folds.area > 0) line(out, "folds", fold_sentence(c));
   line(out, "points",
        fmt::format("{}: noise {} {}, form {} {}", count(a.points.count, plain_signs), n(a.points.noise), height,
                    n(a.points.form), height));
@@ -327,7 +341,7 @@ void write_accuracy_map(const std::string& path, const Accuracy& a, const MapOpt
   MapOptions options = look;
   const Comparison& c = a.comparison;
   if (options.title.empty()) options.title = input_name(c.b) + " − " + input_name(c.a);
-  const DifferenceStatistics& d = c.measures.difference;
+  const DifferenceStatistics& d = a.normal.difference;
   const std::string unit = "\u00a0" + unit_text(height_unit(c));
   options.words.headline = "bias " + signed_number(d.mean, fine) + unit + "   ·   RMS " + number(d.rms, fine) + unit +
                            "   ·   95\u00a0% within " + number(d.abs_percentiles[2], fine) + unit;

@@ -37,6 +37,7 @@ inline void add_alignment(Json& parameters, const MatchOptions& m, bool aligned,
   parameters["max_iterations"] = m.max_iterations;
   parameters["tolerance"] = real(m.tolerance > 0 ? m.tolerance : default_match_tolerance);
   parameters["border"] = to_text(c.border);
+  parameters["folds"] = to_text(c.folds);
   parameters["max_edge"] = c.max_edge > 0 ? real(c.max_edge) : Json(nullptr);
   parameters["duplicates"] = to_text(c.project.duplicates);
   parameters["direction_rule"] = to_text(c.project.direction.kind);
@@ -44,6 +45,19 @@ inline void add_alignment(Json& parameters, const MatchOptions& m, bool aligned,
   parameters["crop"] = crop_box(c.project.crop);
   parameters["unit"] = unit;
   parameters["allow_crs"] = c.allow_crs;
+}
+
+/// What a comparison found of folds.
+[[nodiscard]] inline Json folds(const Comparison& c) {
+  const FoldSummary& f = c.folds;
+  return {{"rule", to_text(c.options.folds)},
+          {"looked_for", c.options.check_layers},
+          {"area", real(f.area)},
+          {"share", real(f.share)},
+          {"share_a", real(f.share_a)},
+          {"share_b", real(f.share_b)},
+          {"above", real(f.volume.above)},
+          {"below", real(f.volume.below)}};
 }
 
 }  // namespace isopach::values

@@ -60,6 +60,7 @@ Json parameters_json(const Asymmetry& a) {
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
           {"border", to_text(c.border)},
+          {"folds", to_text(c.folds)},
           {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
           {"duplicates", to_text(c.project.duplicates)},
           {"class", c.project.classes.empty() ? Json(nullptr) : Json(c.project.classes)},

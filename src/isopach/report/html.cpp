@@ -412,6 +412,7 @@ class Page : public HtmlPage {
     row("border trimmed", percent("border.trimmed_area"), "% of area",
         "left out: not supported by the sampling, at the rim and in holes");
     row("", percent("border.trimmed_volume"), "% of volume", "of the gross volume that the hulls alone would give");
+    row("folds", percent("folds.share"), "% of area", escaped(fold_sentence(c_)));
     row("border slivers", percent("border.sliver_area"), "% of area",
         "long thin triangles along the border, kept in the measure");
     row("", percent("border.sliver_volume"), "% of volume", "their share of the gross volume");

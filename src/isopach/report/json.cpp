@@ -5,6 +5,7 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "isopach/report/alignment_values.hpp"
 #include "isopach/report/matched.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/report/uncertainty.hpp"
@@ -70,6 +71,7 @@ Json parameters_json(const Comparison& c) {
   return {{"surface", to_text(o.surface)},
           {"interpolation", o.interpolation == Interpolation::cubic ? "cubic" : "linear"},
           {"border", to_text(o.border)},
+          {"folds", to_text(o.folds)},
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"alpha", o.alpha > 0 ? real(o.alpha) : Json(nullptr)},
           {"domain", to_text(o.domain)},
@@ -315,6 +317,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
         {"trimmed_volume", real(c.trimmed_volume)},
         {"sliver_area", real(c.sliver_area)},
         {"sliver_volume", real(c.sliver_volume)}}},
+      {"folds", folds(c)},
       {"outputs", outputs},
       {"warnings", c.warnings},
       {"timing_s", timing_json(c.timing)}};

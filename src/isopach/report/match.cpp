@@ -88,6 +88,7 @@ Json parameters_json(const Matching& m) {
           {"weight", text_or_null(to_text(c.weight))},
           {"sigma", o.sigma > 0 ? real(o.sigma) : Json(nullptr)},
           {"border", to_text(c.border)},
+          {"folds", to_text(c.folds)},
           {"max_edge", c.max_edge > 0 ? real(c.max_edge) : Json(nullptr)},
           {"duplicates", to_text(c.project.duplicates)},
           {"direction_rule", to_text(c.project.direction.kind)},

@@ -48,6 +48,7 @@ Json parameters_json(const Roughness& r) {
           {"wrinkle_depth", length_or_null(o.wrinkles.depth)},
           {"wrinkle_length", length_or_null(o.wrinkles.length)},
           {"border", c.border == BorderRule::trim ? "trim" : "hull"},
+          {"folds", c.folds == FoldRule::keep ? "keep" : "leave-out"},
           {"max_edge", length_or_null(c.max_edge)},
           {"duplicates", to_text(c.project.duplicates)},
           {"direction", point({m[6], m[7], m[8]})},
@@ -77,6 +78,7 @@ Json wrinkles_json(const Roughness& r, const Texture& x) {
           {"length_limit", real(x.wrinkles.length)},
           {"count", x.wrinkles.all.size()},
           {"pits", x.wrinkles.pits},
+          {"left_out", {{"at_rim", x.wrinkles.at_rim}, {"steep", x.wrinkles.steep}}},
           {"list", list}};
 }
 
@@ -89,6 +91,8 @@ Json texture_json(const Roughness& r, const Texture& x) {
     for (const double c : x.form) form.push_back(real(c));
   }
   return {{"area", real(x.area)},
+          {"folded_area", real(x.folded_area)},
+          {"folded_share", real(x.folded_share)},
           {"evaluated_area", real(x.parameters.area)},
           {"evaluated_share", real(x.parameters.area / x.area)},
           {"spacing", real(x.spacing)},
@@ -130,6 +134,10 @@ class Summary {
     line(x.input.role, fmt::format("{}: {} points, {} {} evaluated, {:.1f} % of it", input_name(x.input),
                                    count(x.input.points, plain), number(x.parameters.area, plain),
                                    unit_text(r_.unit, 2), 100 * x.parameters.area / x.area));
+    if (x.folded_area > 0)
+      line("folds", fmt::format("{:.2g} % of the area has several layers along the direction and is {}",
+                                100 * x.folded_share,
+                                r_.options.compare.folds == FoldRule::keep ? "measured as triangulated" : "left out"));
   }
   void parameter(const ParameterName& p) {
     const auto value = [&](const Texture& x) {
@@ -149,6 +157,9 @@ class Summary {
     const Wrinkles& w = r_.scan.wrinkles;
     line("wrinkles", fmt::format("{} deeper than {} and longer than {}; {} other valleys", w.all.size(),
                                  length(w.depth), length(w.length), w.pits));
+    if (w.at_rim + w.steep > 0)
+      line("", fmt::format("left out: {} along the rim of the scan or of a fold, {} steeper than a height field shows",
+                           w.at_rim, w.steep));
     for (std::size_t k = 0; k < w.all.size() && k < shown; ++k) {
       std::string text = fmt::format("{}: depth {}, mean {}, length {}, width {}", k + 1, length(w.all[k].depth),
                                      length(w.all[k].mean_depth), length(w.all[k].length), length(w.all[k].width));

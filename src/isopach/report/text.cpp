@@ -147,6 +147,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
                 signed_number(v.below - w.below, plain));
   }
   s.line("border", border_sentence(c));
+  if (c.folds.area > 0) s.line("folds", fold_sentence(c));
   add_budget(s, c);
   const auto sentences = uncertainty_sentences(c, quantity);
   for (std::size_t i = 0; i < sentences.size(); ++i) s.line(i == 0 ? "uncertainty" : "", sentences[i]);

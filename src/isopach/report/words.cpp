@@ -134,6 +134,17 @@ std::string border_sentence(const Comparison& c) {
           : std::string());
 }
 
+std::string fold_sentence(const Comparison& c) {
+  if (!c.options.check_layers) return "not looked for";
+  const FoldSummary& f = c.folds;
+  if (f.area == 0) return "none found";
+  const std::string what = fmt::format("{:.2g} % of the area has several layers along the direction", 100 * f.share);
+  const std::string volumes = fmt::format("gained {} and lost {} {}", number(f.volume.above, Typography::plain),
+                                          number(f.volume.below, Typography::plain), measured_unit(c, 3));
+  return c.options.folds == FoldRule::leave_out ? what + " and is left out; as triangulated it would add " + volumes
+                                                : what + " and is measured as triangulated: " + volumes;
+}
+
 std::string clean_utf8(std::string_view text) {
   std::string out;
   for (std::size_t i = 0; i < text.size();) {
@@ -236,6 +247,7 @@ const char* to_text(MeasureKind measure) {
   return measure == MeasureKind::dV ? "dV" : measure == MeasureKind::currents ? "currents" : "V";
 }
 const char* to_text(DomainKind domain) { return domain == DomainKind::overlap ? "overlap" : "hull"; }
+const char* to_text(FoldRule folds) { return folds == FoldRule::leave_out ? "leave-out" : "keep"; }
 const char* to_text(BorderRule border) { return border == BorderRule::trim ? "trim" : "hull"; }
 const char* to_text(LocateMethod method) {
   switch (method) {

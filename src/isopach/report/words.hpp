@@ -43,6 +43,8 @@ enum class Typography { plain, fine };
 
 /// What the border rule left out, in one line.
 [[nodiscard]] std::string border_sentence(const Comparison& c);
+/// How much of the area has several layers, and what became of it, in one line.
+[[nodiscard]] std::string fold_sentence(const Comparison& c);
 
 /// Last part of the path; the role where there is no path. Always valid UTF-8 without control characters.
 [[nodiscard]] std::string input_name(const InputSummary& input);
@@ -63,6 +65,7 @@ using Quantity = std::function<std::string(const std::string& key, double value,
 [[nodiscard]] const char* to_text(MeasureKind measure);
 [[nodiscard]] const char* to_text(DomainKind domain);
 [[nodiscard]] const char* to_text(BorderRule border);
+[[nodiscard]] const char* to_text(FoldRule folds);
 [[nodiscard]] const char* to_text(LocateMethod method);
 [[nodiscard]] const char* to_text(Direction::Kind kind);
 
