@@ -59,8 +59,12 @@ class Placed {
         tip_(s.o + at.a * s.e1 + at.b * s.e2),
         size_(at.size) {}
 
+  explicit Placed(const FaceFit& fit)
+      : n_(fit.plane.normal), front_(fit.front), up_(fit.up), tip_(fit.tip), size_(fit.width) {}
+
   [[nodiscard]] Point3 direction(const Point3& v) const { return v.x * n_ + v.y * up_ + v.z * front_; }
   [[nodiscard]] Point3 point(const Point3& p) const { return tip_ + size_ * direction(p); }
+  [[nodiscard]] double size() const { return size_; }
   [[nodiscard]] const Point3& tip() const { return tip_; }
   [[nodiscard]] const Point3& front() const { return front_; }
   [[nodiscard]] const Point3& up() const { return up_; }
@@ -78,7 +82,7 @@ struct Meeting {
 };
 
 template <class Nearest>
-Meeting meet(const Placed& placed, const Placing& at, const TemplatePoint& t, const ThinPoints& thin, double gate,
+Meeting meet(const Placed& placed, const TemplatePoint& t, const ThinPoints& thin, double gate,
              Nearest&& nearest) {
   constexpr double least_cosine = 0.75;
   Meeting m;
@@ -88,7 +92,7 @@ Meeting meet(const Placed& placed, const Placing& at, const TemplatePoint& t, co
   m.apart = m.place - thin.points[j];
   m.distance = length(m.apart);
   m.cosine = std::fabs(dot(m.normal, placed.direction(t.normal)));
-  m.near = m.distance < gate * at.size + thin.spacing && m.cosine > least_cosine;
+  m.near = m.distance < gate * placed.size() + thin.spacing && m.cosine > least_cosine;
   return m;
 }
 
@@ -190,7 +194,7 @@ std::vector<Placing> first_choice(const ThinPoints& thin, const NearestGrid& gri
       Placing& at = all[i];
       const Placed placed(s, at);
       for (std::size_t k = 0; k < count; ++k) {
-        const Meeting m = meet(placed, at, face[k], thin, gate, [&](const Point3& p) { return grid.near(p); });
+        const Meeting m = meet(placed, face[k], thin, gate, [&](const Point3& p) { return grid.near(p); });
         const double q = m.distance / (width * at.size);
         if (m.near) at.score += (m.cosine - .5) / (1 + q * q);
       }
@@ -211,7 +215,7 @@ void improve(Placing& at, const Section& s, const ThinPoints& thin, const Neares
   Eigen::Vector4d g = Eigen::Vector4d::Zero();
   const Placed placed(s, at);
   for (const TemplatePoint& t : template_choice()) {
-    const Meeting m = meet(placed, at, t, thin, gate, [&](const Point3& p) { return grid.near(p); });
+    const Meeting m = meet(placed, t, thin, gate, [&](const Point3& p) { return grid.near(p); });
     if (!m.near) continue;
     const double r = dot(m.normal, m.apart), q = r / (width * at.size), w = 1 / ((1 + q * q) * (1 + q * q));
     const Point3 arm = m.place - placed.tip();
@@ -233,7 +237,7 @@ double near_score(const Placing& at, const Section& s, const ThinPoints& thin, c
   const Placed placed(s, at);
   double score = 0;
   for (const TemplatePoint& t : template_choice()) {
-    const Meeting m = meet(placed, at, t, thin, gate, [&](const Point3& p) { return grid.near(p); });
+    const Meeting m = meet(placed, t, thin, gate, [&](const Point3& p) { return grid.near(p); });
     const double q = dot(m.normal, m.apart) / (.03 * at.size);
     if (m.near) score += 1 / (1 + q * q);
   }
@@ -298,36 +302,13 @@ void describe_relief(Relief relief, FaceFit& fit) {
 
 double slope_factor(double slope) { return slope > 0 ? std::min(slope, 1 / std::max(slope, .01)) : 0; }
 
-/// How the scan lies about the whole template, with exact nearest points; 0 covered where too little is.
-FaceFit judged(const Section& s, const Placing& at, const ThinPoints& thin) {
-  constexpr double gate = .12, deepest = .15, follows = .08, least_cosine = .85, flat = .35, least_covered = .3;
-  const FaceTemplate& face = face_template();
+FaceFit placed_fit(const Section& s, const Placing& at) {
   const Placed placed(s, at);
   FaceFit fit;
   fit.front = placed.front(), fit.up = placed.up(), fit.tip = placed.tip();
   fit.width = at.size;
   fit.plane = s.plane;
   if (dot(fit.left(), s.plane.normal) < 0) fit.plane = {-1.0 * s.plane.normal, -s.plane.offset};
-  Relief relief;
-  relief.scan.resize(face.points.size());
-  double good = 0;
-  for (std::size_t k = 0; k < face.points.size(); ++k) {
-    const Meeting m =
-        meet(placed, at, face.points[k], thin, gate, [&](const Point3& p) { return thin.tree->nearest_two(p).first; });
-    const double along = dot(m.normal, fit.front);
-    const double slant = std::fabs(along) < flat ? std::copysign(flat, along) : along;
-    const double over = -dot(m.normal, m.apart) / (slant * at.size);  // of the scan over the template, in widths
-    if (!(m.distance < gate * at.size + thin.spacing && std::fabs(over) < deepest)) continue;
-    relief.places.push_back(k);
-    relief.scan[k] = face.relief[k] + over;
-    good += m.cosine > least_cosine && std::fabs(over) < follows ? 1 : 0;
-  }
-  const auto count = static_cast<double>(face.points.size());
-  fit.covered = static_cast<double>(relief.places.size()) / count;
-  fit.good = good / count;
-  if (fit.covered < least_covered) return fit;
-  describe_relief(std::move(relief), fit);
-  fit.rank = fit.good * std::max(fit.correlation, 0.0) * std::min(1.5 * slope_factor(fit.slope), 1.0);
   return fit;
 }
 
@@ -361,11 +342,39 @@ std::vector<FaceFit> fit_face(const ThinPoints& points, const NearestGrid& grid,
   }
   std::vector<FaceFit> all(kept.size());
   for_blocks(kept.size(), 2, [&](std::size_t begin, std::size_t end) {
-    for (std::size_t i = begin; i < end; ++i) all[i] = judged(s, kept[i], points);
+    for (std::size_t i = begin; i < end; ++i) all[i] = judged(placed_fit(s, kept[i]), points);
   });
   std::erase_if(all, [](const FaceFit& f) { return !(f.rank > 0); });
   std::stable_sort(all.begin(), all.end(), [](const FaceFit& a, const FaceFit& b) { return a.rank > b.rank; });
   return all;
+}
+
+FaceFit judged(FaceFit fit, const ThinPoints& thin) {
+  constexpr double gate = .12, deepest = .15, follows = .08, least_cosine = .85, flat = .35, least_covered = .3;
+  const FaceTemplate& face = face_template();
+  const Placed placed(fit);
+  Relief relief;
+  relief.scan.resize(face.points.size());
+  double good = 0;
+  for (std::size_t k = 0; k < face.points.size(); ++k) {
+    const Meeting m = meet(placed, face.points[k], thin, gate,
+                           [&](const Point3& p) { return thin.tree->nearest_two(p).first; });
+    const double along = dot(m.normal, fit.front);
+    const double slant = std::fabs(along) < flat ? std::copysign(flat, along) : along;
+    const double over = -dot(m.normal, m.apart) / (slant * fit.width);  // of the scan over the template, in widths
+    if (!(m.distance < gate * fit.width + thin.spacing && std::fabs(over) < deepest)) continue;
+    relief.places.push_back(k);
+    relief.scan[k] = face.relief[k] + over;
+    good += m.cosine > least_cosine && std::fabs(over) < follows ? 1 : 0;
+  }
+  const auto count = static_cast<double>(face.points.size());
+  fit.covered = static_cast<double>(relief.places.size()) / count;
+  fit.good = good / count;
+  fit.correlation = fit.slope = fit.rank = 0;
+  if (fit.covered < least_covered) return fit;
+  describe_relief(std::move(relief), fit);
+  fit.rank = fit.good * std::max(fit.correlation, 0.0) * std::min(1.5 * slope_factor(fit.slope), 1.0);
+  return fit;
 }
 
 FaceFit settled(FaceFit fit, const ThinPoints& points) {

@@ -35,6 +35,9 @@ struct FaceFit {
 [[nodiscard]] std::vector<FaceFit> fit_face(const ThinPoints& points, const NearestGrid& grid,
                                             const MirrorPlane& plane);
 
+/// How the points lie about the template where it is: `rank` to `slope` of the fit.
+[[nodiscard]] FaceFit judged(FaceFit fit, const ThinPoints& points);
+
 /// The template once more, on dense points and with exact nearest ones, the plane held, until the pitch stands still:
 /// the choice of points at first would else turn the front by up to 2 degrees. `points` are those around the face.
 [[nodiscard]] FaceFit settled(FaceFit fit, const ThinPoints& points);

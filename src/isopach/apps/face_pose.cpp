@@ -24,7 +24,8 @@ constexpr std::size_t grid_cells = 44;
 constexpr std::size_t least_points = 200;
 constexpr double size_of_medians = 1.2;  // of the median distance from the median: what lengths are counted in
 
-constexpr double least_likeness = 0.56, least_covered = 0.70;
+// The less of the scan is symmetric, the more must it look like a face: a rabbit seen from one side does by half.
+constexpr double least_likeness = 0.56, symmetric_share = 0.60, dearer = 0.5, least_covered = 0.70;
 constexpr double across_cosine = 0.9396926207859084, rival = 0.75;  // 20 degrees
 constexpr double least_both = 0.40, least_agree = 0.70;
 constexpr double most_sigma_deg = 2.5;
@@ -117,12 +118,14 @@ FaceFit settled_on_all(const FaceFit& fit, const Array<Point3>& points) {
     if (std::fabs(fit.plane.distance(p)) < beside * fit.width && length(p - fit.tip) < around * fit.width)
       near.push_back(p);
   if (near.size() < least_points / 4) return fit;
-  return settled(fit, thin_points(near, dense_points, dense_neighbours));
+  const ThinPoints dense = thin_points(near, dense_points, dense_neighbours);
+  return judged(settled(fit, dense), dense);
 }
 
 FacePose::Refusal reason(const FacePose& pose) {
   if (pose.rival_share > rival) return FacePose::Refusal::several_planes;
-  if (pose.likeness < least_likeness || pose.covered < least_covered) return FacePose::Refusal::no_face;
+  const double likeness = least_likeness + dearer * std::max(0.0, symmetric_share - pose.share);
+  if (pose.likeness < likeness || pose.covered < least_covered) return FacePose::Refusal::no_face;
   if (pose.both < least_both || pose.agree < least_agree) return FacePose::Refusal::sides_missing;
   if (!(pose.sigma_angle_deg <= most_sigma_deg)) return FacePose::Refusal::unsure;
   return FacePose::Refusal::none;
@@ -171,13 +174,14 @@ FacePose find_face(const Cloud& cloud, const ProjectOptions& project, const Cont
   const Candidate* best = best_of(candidates);
   if (best == nullptr) return pose;
   const FaceFit& first = best->fits.front();
-  pose.likeness = first.likeness(), pose.covered = first.covered, pose.share = best->plane.share;
+  pose.share = best->plane.share;
   for (const Candidate& c : candidates)
     if (std::fabs(dot(c.plane.plane.normal, best->plane.plane.normal)) < across_cosine)
       pose.rival_share = std::max(pose.rival_share, c.plane.share);
 
   const FaceFit roughly = before(first, face_symmetry(s.points, first).plane);
   const FaceFit fit = settled_on_all(roughly, s.points);
+  pose.likeness = fit.likeness(), pose.covered = fit.covered;
   const FaceSymmetry symmetry = face_symmetry(s.points, fit);
   const FaceFit upright = before(fit, symmetry.plane);
   describe(upright, symmetry, s, frame, pose);
