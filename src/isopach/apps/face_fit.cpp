@@ -82,8 +82,7 @@ struct Meeting {
 };
 
 template <class Nearest>
-Meeting meet(const Placed& placed, const TemplatePoint& t, const ThinPoints& thin, double gate,
-             Nearest&& nearest) {
+Meeting meet(const Placed& placed, const TemplatePoint& t, const ThinPoints& thin, double gate, Nearest&& nearest) {
   constexpr double least_cosine = 0.75;
   Meeting m;
   m.place = placed.point(t.point);
@@ -357,8 +356,8 @@ FaceFit judged(FaceFit fit, const ThinPoints& thin) {
   relief.scan.resize(face.points.size());
   double good = 0;
   for (std::size_t k = 0; k < face.points.size(); ++k) {
-    const Meeting m = meet(placed, face.points[k], thin, gate,
-                           [&](const Point3& p) { return thin.tree->nearest_two(p).first; });
+    const Meeting m =
+        meet(placed, face.points[k], thin, gate, [&](const Point3& p) { return thin.tree->nearest_two(p).first; });
     const double along = dot(m.normal, fit.front);
     const double slant = std::fabs(along) < flat ? std::copysign(flat, along) : along;
     const double over = -dot(m.normal, m.apart) / (slant * fit.width);  // of the scan over the template, in widths

@@ -152,6 +152,50 @@ void mark_region(const Cloud& cloud, const FaceFit& fit, const Scaled& s, const 
 
 }  // namespace
 
+const char* to_text(FacePose::Refusal refusal) {
+  using enum FacePose::Refusal;
+  switch (refusal) {
+    case none:
+      return "none";
+    case too_few_points:
+      return "too few points";
+    case several_planes:
+      return "several planes of symmetry";
+    case no_face:
+      return "not a face";
+    case sides_missing:
+      return "a side is missing";
+    case unsure:
+      return "unsure";
+  }
+  return "not a face";
+}
+
+std::string refusal_sentence(const FacePose& pose) {
+  using enum FacePose::Refusal;
+  const char* give = "give the viewing direction (--direction), or crop the scan to the face";
+  switch (pose.refusal) {
+    case none:
+      return {};
+    case too_few_points:
+      return "too few points to find a face by: give the viewing direction (--direction), or a denser scan";
+    case several_planes:
+      return fmt::format("it is its own mirror image in several ways, as no face is: {}", give);
+    case sides_missing:
+      return fmt::format(
+          "the two sides of the face do not match ({:.0f} % of it has its other side in the scan, {:.0f} % of that "
+          "agrees): {}, or scan both sides",
+          100 * pose.both, 100 * pose.agree, give);
+    case unsure:
+      return fmt::format("the midline of the face is known to {:.1f} degrees only: {}, or scan more of both sides",
+                         pose.sigma_angle_deg, give);
+    case no_face:
+      break;
+  }
+  return fmt::format("this scan does not look like a face (likeness {:.2f}, {:.0f} % of a face covered): {}",
+                     pose.likeness, 100 * pose.covered, give);
+}
+
 FacePose find_face(const Cloud& cloud, const ProjectOptions& project, const Context& context) {
   FacePose pose;
   ProjectOptions in_space = project;

@@ -43,7 +43,7 @@ struct FacePose {
   [[nodiscard]] bool too_symmetric() const { return found() && spread < 0.001; }
 };
 
-/// Nine sentences at most: why there is no face, in words, with what to give instead; empty if there is one.
+/// Why there is no face, in words, with what to give instead; empty if there is one.
 [[nodiscard]] std::string refusal_sentence(const FacePose& pose);
 /// The word of a refusal in result.json: "not a face", ...
 [[nodiscard]] const char* to_text(FacePose::Refusal refusal);
