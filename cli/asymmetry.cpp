@@ -21,7 +21,9 @@ namespace {
 constexpr const char* description =
     "How the two sides of a face differ: its symmetry plane, an asymmetry index, which side stands out where. FACE is "
     "a\n"
-    "scan seen from the front, upright within some 20 degrees; the plane is found, no landmarks are needed.\n";
+    "scan in any position: the face is found in it and turned upright, and its sides are told as the patient's right "
+    "and\n"
+    "left; no landmarks are needed. Of other things that are nearly their own mirror image, give --direction.\n";
 
 constexpr const char* footer =
     "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
@@ -30,10 +32,11 @@ constexpr const char* footer =
     "  isopach asymmetry face.ply                              index, plane and regions on stdout\n"
     "  isopach asymmetry face.ply -o result --unit mm          and map, report, points with their asymmetry\n"
     "  isopach asymmetry face.ply --rim 8                      without the outermost 8 units: hair, frayed edges\n"
-    "  isopach asymmetry head.obj --depth 110 --visible        the front of a head";
+    "  isopach asymmetry face.ply --stable forehead,nose       the plane from parts that are not swollen\n"
+    "  isopach asymmetry vase.obj --direction z --visible      of what is no face: the direction is given";
 
 struct Request {
-  std::string face, across, regions;
+  std::string face, across, regions, stable;
   AsymmetryOptions options;
   ApplicationOutput output;
   RunOptions run;
@@ -75,6 +78,23 @@ Point3 parse_across(const std::string& text) {
   return v;
 }
 
+std::vector<StablePart> parse_stable(const std::string& text) {
+  using enum StablePart;
+  std::vector<StablePart> parts;
+  for (std::size_t begin = 0; begin <= text.size();) {
+    const std::size_t end = std::min(text.find(',', begin), text.size());
+    const std::string word = text.substr(begin, end - begin);
+    const std::size_t known = parts.size();
+    for (const StablePart part : {forehead, eyes, nose, cheeks, mouth, chin})
+      if (word == to_text(part)) parts.push_back(part);
+    if (parts.size() == known)
+      throw UsageError(
+          fmt::format("--stable: '{}' is none of forehead, eyes, nose, cheeks, mouth, chin (commas between)", word));
+    begin = end + 1;
+  }
+  return parts;
+}
+
 /// A word that is neither a part nor a file is a wrong word.
 void parse_regions(const std::string& text, AsymmetryOptions& options) {
   if (text == "halves") options.parts = FaceParts::halves;
@@ -91,17 +111,22 @@ int run_asymmetry(const Arguments& arguments) {
   Request request;
   AsymmetryOptions& options = request.options;
   CompareOptions& compare = options.compare;
+  std::optional<Direction> direction;
   Command command("asymmetry", description, footer);
   command.positional("FACE", request.face, "Scan of a face; any format that compare reads");
   add_application_output(command, request.output,
                          "asymmetry.png, points.ply (FACE with the attribute asymmetry), pose.txt (takes FACE to face "
                          "coordinates)");
   command.heading("Scan");
-  command.parsed("--direction", "x|y|z|fit|X,Y,Z", compare.project.direction, parse_direction,
-                 "Direction from the face to the viewer; fit: normal of the plane fitted to the scan (default z)");
-  command.option("--across", "x|y|z|X,Y,Z", request.across,
-                 "From one side of the face to the other, roughly; the positive side lies that way (default x; for "
-                 "--direction x y, for y z)");
+  command.option_with(
+      "--direction", "x|y|z|fit|X,Y,Z", [&](const std::string& text) { direction = parse_direction(text); },
+      "Direction from the face to the viewer; fit: normal of the plane fitted to the scan (default: the face is found "
+      "in "
+      "the scan)");
+  command.option(
+      "--across", "x|y|z|X,Y,Z", request.across,
+      "From one side of the face to the other, roughly; the positive side is the patient's left where the face is "
+      "found, else the side that lies that way (default x; for --direction x y, for y z)");
   add_points_options(command, compare.project, compare.unit,
                      "Height of points of the scan with the same place; error: refuse such a scan");
   command.flag("--allow-crs", compare.allow_crs, "Go on although the CRS is in degrees or Web Mercator");
@@ -124,6 +149,12 @@ int run_asymmetry(const Arguments& arguments) {
               "and y of FACE (of a face that looks along y in x and z, along x in y and z), drawn on either side "
               "(default thirds)")
       ->check(not_empty());
+  command
+      .option(
+          "--stable", "PARTS", request.stable,
+          "Parts that the plane is fitted to alone, because others are swollen, missing or moved: of forehead, eyes, "
+          "nose, cheeks, mouth, chin, with commas between (default: all)")
+      ->check(not_empty());
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the area that the plane is fitted to; auto: all that differs no more than noise; 1: "
                  "everything (default auto)");
@@ -134,12 +165,17 @@ int run_asymmetry(const Arguments& arguments) {
   if (!command.parse(arguments)) return 0;
   if (!request.across.empty()) options.across = parse_across(request.across);
   parse_regions(request.regions, options);
+  if (!request.stable.empty()) options.stable = parse_stable(request.stable);
+  if (direction) {
+    options.orientation = FaceOrientation::given;
+    compare.project.direction = *direction;
+  }
 
   Run run(request.run);
   const std::unique_ptr<OutputFolder> folder = open_folder(request.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
-  wanted.faces = options.visible;
+  wanted.faces = options.visible || options.orientation == FaceOrientation::found;
   const Cloud face = read_cloud(request.face, wanted, run.context());
   const double read_s = watch.lap();
   Asymmetry a = asymmetry(face, options, run.context());

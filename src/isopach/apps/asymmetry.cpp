@@ -10,12 +10,14 @@
 
 #include "isopach/apps/mirror.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/sum.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/domain.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/mesh.hpp"
 #include "isopach/distance/point_tree.hpp"
 #include "isopach/distance/surface_tree.hpp"
+#include "isopach/distance/vectors.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/match/surface.hpp"
 
@@ -33,6 +35,34 @@ Context without_progress(const Context& context) {
   Context silent = context;
   silent.progress = nullptr;
   return silent;
+}
+
+constexpr double disagree_deg = 15;  // of what is given and what is found: more is worth a warning
+
+double degrees_between(const Point3& a, const Point3& b) {
+  return std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
+}
+
+/// What the user gave against the pose of the face, where there is one.
+void warn_of_pose(const AsymmetryOptions& o, const Frame& frame, Asymmetry& a) {
+  if (!a.pose.found()) return;
+  const Point3 direction{frame.rotation[6], frame.rotation[7], frame.rotation[8]};
+  if (o.orientation == FaceOrientation::given) {
+    const double off = degrees_between(direction, a.pose.front);
+    if (off > disagree_deg)
+      a.warnings.push_back(
+          fmt::format("the face that was found in the scan looks {:.0f} degrees away from --direction: "
+                      "leave --direction out to take the face as it was found",
+                      off));
+  }
+  if (o.across) {
+    const double off = degrees_between(*o.across, a.pose.left), turned = std::min(off, 180 - off);
+    if (turned > disagree_deg)
+      a.warnings.push_back(
+          fmt::format("the sides of the face that was found lie {:.0f} degrees away from --across: leave "
+                      "--across out to take them as they were found",
+                      turned));
+  }
 }
 
 void check(const AsymmetryOptions& o) {
@@ -129,7 +159,14 @@ HeightField field_of(const Array<Point3>& points, DuplicatePolicy duplicates, Cu
   return field;
 }
 
-View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& context) {
+/// What the pose of the face leaves of the scan.
+void leave_out_of_region(ScanPoints& scan, const FacePose& pose) {
+  Array<unsigned char> kept(scan.points.size());
+  for (std::size_t i = 0; i < kept.size(); ++i) kept[i] = pose.region[scan.ids[i]];
+  keep(scan, kept);
+}
+
+View view_of(const Cloud& cloud, const AsymmetryOptions& o, const FacePose& pose, const Context& context) {
   View view;
   const ProjectOptions& project_options = o.compare.project;
   view.frame = choose_frame(cloud, cloud, Pose{}, project_options, context);
@@ -141,9 +178,12 @@ View view_of(const Cloud& cloud, const AsymmetryOptions& o, const Context& conte
   for (const Point3& p : cloud.points)
     if (is_finite(p)) view.summary.bounds.add(p);
   CurveBox curve = view.frame.curve;
-  if (o.visible) leave_out_hidden(view.points, cloud, view.frame, field, context);
+  const bool of_face = o.orientation == FaceOrientation::found;
+  const bool visible = o.visible || (of_face && !cloud.faces.empty());
+  if (visible) leave_out_hidden(view.points, cloud, view.frame, field, context);
+  if (of_face) leave_out_of_region(view.points, pose);
   if (o.depth > 0) leave_out_back(view.points, o.depth);
-  if (o.visible || o.depth > 0) {
+  if (visible || of_face || o.depth > 0) {
     field = field_of(view.points.points, project_options.duplicates, curve, context);
   }
   if (o.rim > 0) {
@@ -249,13 +289,67 @@ Upright start_of(const Array<Point3>& thin, const Point3& across, const Asymmetr
   return best->place;
 }
 
+Point3 in_view(const Point3& v, const Frame& frame) {
+  const auto& r = frame.rotation;
+  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
+          r[6] * v.x + r[7] * v.y + r[8] * v.z};
+}
+
+/// The plane of the pose, the face upright before it.
+Upright start_of(const FacePose& pose, const Frame& frame) {
+  const Point3 x = in_view(pose.left, frame), y = in_view(pose.up, frame), z = in_view(pose.front, frame);
+  return {frame.to_field(pose.tip), {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z}};
+}
+
+/// Where a part lies, in widths of the face from the tip of its nose (FaceFit::in_widths).
+bool in_part(StablePart part, double x, double y) {
+  constexpr double brow = .27, eye = .10, nose = .11, wing = -.09, lips = -.34, mouth = .20;
+  const double beside = std::fabs(x);
+  switch (part) {
+    case StablePart::forehead:
+      return y > brow;
+    case StablePart::eyes:
+      return y > eye && y <= brow && beside > nose;
+    case StablePart::nose:
+      return y > wing && y <= brow && beside <= nose;
+    case StablePart::cheeks:
+      return y > lips && y <= eye && beside > (y > wing ? nose : mouth);
+    case StablePart::mouth:
+      return y > lips && y <= wing && beside <= mouth;
+    case StablePart::chin:
+      return y <= lips;
+  }
+  return false;
+}
+
+/// What the plane is fitted to: everything, or the parts that are known not to have changed.
+Array<Point3> stable_points(const View& view, const AsymmetryOptions& o, const FacePose& pose) {
+  if (o.stable.empty()) return view.points.points;
+  if (!pose.found())
+    throw UsageError(
+        "--stable: no face was found whose parts could be told: leave it out, or crop the scan to the face");
+  Array<Point3> kept;
+  for (const Point3& p : view.points.points) {
+    const Point3 d = view.frame.to_input(p) - pose.tip;
+    const double x = dot(d, pose.left) / pose.width, y = dot(d, pose.up) / pose.width;
+    const auto holds = [&](StablePart part) { return in_part(part, x, y); };
+    if (std::any_of(o.stable.begin(), o.stable.end(), holds)) kept.push_back(p);
+  }
+  constexpr std::size_t enough = 100;
+  if (kept.size() < enough)
+    throw InputError(fmt::format(
+        "--stable: the parts hold {} points of the scan, too few for a plane: name more of them", kept.size()));
+  return kept;
+}
+
 /// Matches and turns until the plane stands still.
-Upright refined(const View& view, Upright place, const Point3& towards, Asymmetry& a, const Context& context) {
+Upright refined(const Array<Point3>& points, Upright place, const Point3& towards, Asymmetry& a,
+                const Context& context) {
   const MatchOptions options = match_options(a.options, false);
   const Context silent = without_progress(context);
   for (int round = 0; round < most_rounds; ++round) {
     context.step("match", static_cast<double>(round) / most_rounds);
-    const Cloud face = placed(view.points.points, place);
+    const Cloud face = placed(points, place);
     const Matching m = match(mirrored(face), face, options, silent);
     const Reflection found = reflection_of(m.pose);
     const double size = size_of(face);
@@ -304,6 +398,15 @@ void describe_index(Asymmetry& a) {
   index.raw = percent(c.measures.rho);
   index.floor = percent(c.noise_floor->rho);
   index.percent = percent(c.noise_floor->debiased_rho);
+}
+
+/// The two sides share their points, so that what chords add on one side they hide on the other: the estimate of what
+/// noise adds can be below 0. Then nothing is taken off; without noise there is never more than with it.
+void take_off_no_less_than_nothing(Comparison& c) {
+  NoiseFloor& floor = *c.noise_floor;
+  if (floor.debiased_rho <= c.measures.rho) return;
+  floor.debiased = c.measures.volume;
+  floor.debiased_rho = c.measures.rho;
 }
 
 constexpr std::size_t polygon_cells = 4096;  // of the grid over a polygon
@@ -395,6 +498,67 @@ Cloud description_of(const Cloud& cloud) {
   return empty;
 }
 
+/// Mean d over squares of a fifth of the width; the sides of the face are steep and left out.
+void warn_of_swelling(const Cloud& cloud, Asymmetry& a) {
+  if (!a.pose.found()) return;
+  constexpr int squares = 16;
+  constexpr double share = 0.2, middle = 0.42, stands_out = 0.025;
+  constexpr double enough = 12;
+  struct Square {
+    Sum d;
+    double count = 0;
+  };
+  std::array<Square, squares * squares> all{};
+  const double side = share * a.pose.width;
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    if (!std::isfinite(a.of_point[i])) continue;
+    const Point3 p = a.to_face.apply(cloud.points[i]);
+    if (std::fabs(p.x) > middle * a.pose.width) continue;
+    const auto at = [&](double v) { return std::clamp(static_cast<int>(v / side), 0, squares - 1); };
+    Square& q = all[static_cast<std::size_t>(at(std::fabs(p.x)) * squares + at(p.y + squares / 2 * side))];
+    q.d.add(p.x < 0 ? -a.of_point[i] : a.of_point[i]);
+    q.count += 1;
+  }
+  for (const Square& q : all)
+    if (q.count >= enough) a.swelling = std::max(a.swelling, std::fabs(q.d.value()) / q.count / a.pose.width);
+  if (a.swelling > stands_out)
+    a.warnings.push_back(
+        "one side stands out over a large part of the face: the midline itself may be drawn towards it by up to some 2 "
+        "degrees; name the parts that are not affected (--stable forehead,nose), or compare with a scan from before");
+}
+
+/// The pose of the face into the options: direction and sides, unless they are given. The positive side is the
+/// patient's left wherever a face tells it: so the face stands upright before its plane, whichever way --across was
+/// written.
+void find_pose(const Cloud& cloud, AsymmetryOptions& o, Asymmetry& a, const Context& context) {
+  a.pose = find_face(cloud, o.compare.project, context);
+  const bool found = o.orientation == FaceOrientation::found;
+  if (found && !a.pose.found())
+    throw OverlapError(
+        fmt::format("{}: {}", cloud.path.empty() ? std::string("the scan") : cloud.path, refusal_sentence(a.pose)));
+  if (!found) return;
+  o.compare.project.direction = {Direction::Kind::vector, a.pose.front};
+  if (!o.across) o.across = a.pose.left;
+  if (dot(*o.across, a.pose.left) < 0) o.across = -1.0 * *o.across;
+  if (a.pose.too_symmetric())
+    a.warnings.push_back(
+        "the two sides are more alike than those of any living face: a model, a mannequin or a mirrored half?");
+}
+
+/// From side to side: as given or found, else the patient's left where the view shows the face from the front.
+std::optional<Point3> across_of(const AsymmetryOptions& o, const Asymmetry& a, const Frame& frame) {
+  constexpr double from_front = 45;
+  const Point3 direction{frame.rotation[6], frame.rotation[7], frame.rotation[8]};
+  if (o.across || !a.pose.found() || degrees_between(direction, a.pose.front) > from_front) return o.across;
+  return a.pose.left;
+}
+
+/// Whether --across says something else than the face: then it holds.
+bool sides_overruled(const AsymmetryOptions& o, const FacePose& pose) {
+  const double off = o.across ? degrees_between(*o.across, pose.left) : 0;
+  return std::min(off, 180 - off) > disagree_deg;
+}
+
 Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context& context) {
   Asymmetry a;
   a.options = options;
@@ -403,17 +567,24 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   a.unit = unit_in_space(description, options.compare, a.warnings);
   stages::Clock clock(a.timing, context);
 
+  clock.start("face");
+  AsymmetryOptions in_force = options;
+  find_pose(cloud, in_force, a, context);
+
   clock.start("project");
-  const View view = view_of(cloud, options, context);
+  const View view = view_of(cloud, in_force, a.pose, context);
   a.face = view.summary;
-  const Point3 across = across_in_view(options.across, view.frame);
-  FacePolygons polygons = read_polygons_of_face(cloud, options, view.frame, a, context);
+  warn_of_pose(options, view.frame, a);
+  const Point3 across = across_in_view(across_of(in_force, a, view.frame), view.frame);
+  FacePolygons polygons = read_polygons_of_face(cloud, in_force, view.frame, a, context);
 
   clock.start("start");
-  const Upright start = start_of(view.thin, across, options, context);
+  const bool known = options.orientation == FaceOrientation::found && !sides_overruled(options, a.pose);
+  const Upright start = known ? start_of(a.pose, view.frame).recentred(view.points.points)
+                              : start_of(view.thin, across, options, context).recentred(view.points.points);
 
   clock.start("match");
-  const Upright place = refined(view, start.recentred(view.points.points), across, a, context);
+  const Upright place = refined(stable_points(view, in_force, a.pose), start, across, a, context);
   const Upright upright = place.recentred(view.points.points);
   describe_plane(view, upright, a);
 
@@ -427,6 +598,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   compare_options.noise_floor = true;
   compare_options.unit.clear();
   a.comparison = compare(mirror, face, compare_options, context);
+  take_off_no_less_than_nothing(a.comparison);
 
   clock.start("regions");
   describe_index(a);
@@ -434,6 +606,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   a.of_point.assign(cloud.points.size(), std::numeric_limits<double>::quiet_NaN());
   for (std::size_t i = 0; i < view.points.ids.size(); ++i)
     a.of_point[view.points.ids[i]] = a.comparison.fields_b.dz_signed[i];
+  warn_of_swelling(cloud, a);
   clock.stop();
   for (const std::string& w : a.comparison.warnings)
     if (std::find(a.warnings.begin(), a.warnings.end(), w) == a.warnings.end()) a.warnings.push_back(w);
@@ -443,6 +616,24 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
 }
 
 }  // namespace
+
+const char* to_text(StablePart part) {
+  switch (part) {
+    case StablePart::forehead:
+      return "forehead";
+    case StablePart::eyes:
+      return "eyes";
+    case StablePart::nose:
+      return "nose";
+    case StablePart::cheeks:
+      return "cheeks";
+    case StablePart::mouth:
+      return "mouth";
+    case StablePart::chin:
+      return "chin";
+  }
+  return "";
+}
 
 Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context) {
   Asymmetry result;

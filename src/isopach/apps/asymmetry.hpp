@@ -7,20 +7,34 @@
 #include <string>
 #include <vector>
 
+#include "isopach/apps/face_pose.hpp"
 #include "isopach/apps/face_regions.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
 
+/// Parts of a face that the plane may be fitted to alone, because the others are swollen, missing or moved.
+enum class StablePart { forehead, eyes, nose, cheeks, mouth, chin };
+
+[[nodiscard]] const char* to_text(StablePart part);
+
+/// Who says where the front is: the pose that is found in the scan, or compare.project.direction and `across`.
+enum class FaceOrientation { found, given };
+
 struct AsymmetryOptions {
-  CompareOptions compare;        ///< scan, border and unit as in a comparison; `pose` is not used
-  std::optional<Point3> across;  ///< from one side to the other, roughly; default: the first axis of the projection
-  double rim = 0;                ///< points nearer than this to the border of the scan or of a hole are left out
+  CompareOptions compare;  ///< scan, border and unit as in a comparison; `pose` is not used
+  FaceOrientation orientation = FaceOrientation::found;
+  std::optional<Point3> across;  ///< from one side to the other, roughly; default: the patient's left where the face is
+                                 ///< found, else the first axis of the projection
+  std::vector<StablePart> stable;  ///< parts that the plane is fitted to; empty: all. Needs a face that is found
+  double rim = 0;                  ///< points nearer than this to the border of the scan or of a hole are left out
   double depth = 0;      ///< > 0: points farther than this behind the foremost one are left out (the back of a head)
-  bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out
+  bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out; of
+                         ///< a face that is found so in any case
   FaceParts parts = FaceParts::thirds;
-  std::string polygons;      ///< file of regions to tell instead of parts, in x and y of the face; direction z alone
+  std::string polygons;      ///< file of regions to tell instead of parts: in x and y of the scan with direction z
+                             ///< given, in face coordinates where the face is found
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
 };
@@ -47,6 +61,9 @@ struct Asymmetry {
   AsymmetryOptions options;
   InputSummary face;
   std::string unit = "unknown";
+  FacePose pose;  ///< of the face as it was found, or why not
+  double swelling =
+      0;  ///< where the face was found: mean d over the fifth of the width that stands out most, in widths
   SymmetryPlane plane;
   Pose to_face;  ///< T_face_input. Face coordinates: x from the plane to the positive side, z along the direction as
                  ///< far as it lies in the plane, y = z × x; the origin is plane.point
@@ -62,15 +79,18 @@ struct Asymmetry {
   Timing timing;
 };
 
-/// Start: of 27 planes about `across` (turned by up to 12 degrees in the picture and 20 in depth, shifted by up to 15 %
-/// of the width, so that a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts
-/// of the plane, the one about which the largest area is symmetric. Then all motions on all points, turned into face
-/// coordinates, until the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that
-/// of some matchings and a comparison with noise floor. A function of the set of points, the same bits for any number
-/// of threads. Errors: UsageError for options, OverlapError where no part of the scan lies over its mirror image,
-/// InputError as `project`, for polygons as stages::read_regions and where none of
-/// them holds a part of the face, and where heights have another unit than x and y. Test:
-/// tests/apps/asymmetry_test.cpp.
+/// Orientation found: the pose of the face (find_face) gives direction, sides, region of the face and a first plane;
+/// options.across and visible still hold where given. Refused: OverlapError that says what to give. Given: the start
+/// is, of 27 planes about `across` (turned by up to 12 degrees in the picture and 20 in depth, shifted by up to 15 % of
+/// the width, so that a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts of
+/// the plane, the one about which the largest area is symmetric; a face is then looked for only to name the sides, and
+/// to warn where its pose disagrees by 15 degrees. Then all motions on all points, turned into face coordinates, until
+/// the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that of some matchings
+/// and a comparison with noise floor. A function of the set of points, the same bits for any number of threads. Errors:
+/// UsageError for options, OverlapError where no part of the scan lies over its mirror image or no face is found,
+/// InputError as `project`, for polygons as stages::read_regions and where none of them holds a part of the face, and
+/// where heights have another unit than x and y. Test: tests/apps/asymmetry_test.cpp,
+/// tests/apps/asymmetry_pose_test.cpp.
 [[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
 
 }  // namespace isopach

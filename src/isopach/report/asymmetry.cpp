@@ -4,9 +4,11 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 
 #include "isopach/io/write.hpp"
 #include "isopach/report/page.hpp"
+#include "isopach/report/palette.hpp"
 #include "isopach/report/values.hpp"
 #include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
@@ -20,17 +22,51 @@ constexpr Typography plain = Typography::plain, fine = Typography::fine;
 const char* to_text(FaceParts parts) { return parts == FaceParts::thirds ? "thirds" : "halves"; }
 
 /// "+x" where the normal is nearest to that axis of the file.
-std::string positive_side(const Asymmetry& a) {
+std::string positive_axis(const Asymmetry& a) {
   const double n[3] = {a.plane.normal.x, a.plane.normal.y, a.plane.normal.z};
   int most = 0;
   for (int k = 1; k < 3; ++k)
     if (std::fabs(n[k]) > std::fabs(n[most])) most = k;
   return std::string(n[most] < 0 ? "-" : "+") + "xyz"[most];
 }
+
+/// 1: the positive side is the patient's left, -1: right, 0: no face was found that would tell.
+int side_of_patient(const Asymmetry& a) {
+  if (!a.pose.found()) return 0;
+  constexpr double agree = 0.9659258262890683;  // cosine of 15 degrees
+  const Point3 &n = a.plane.normal, &l = a.pose.left;
+  const double cosine = n.x * l.x + n.y * l.y + n.z * l.z;
+  return cosine > agree ? 1 : cosine < -agree ? -1 : 0;
+}
+
+/// "left" and "right" are the patient's; without a face that tells, an axis of the file.
+std::string positive_side(const Asymmetry& a) {
+  const int side = side_of_patient(a);
+  return side == 0 ? positive_axis(a) : side > 0 ? "left" : "right";
+}
 std::string negative_side(const Asymmetry& a) {
-  std::string side = positive_side(a);
-  side[0] = side[0] == '+' ? '-' : '+';
-  return side;
+  const int side = side_of_patient(a);
+  if (side != 0) return side > 0 ? "right" : "left";
+  std::string axis = positive_axis(a);
+  axis[0] = axis[0] == '+' ? '-' : '+';
+  return axis;
+}
+
+/// How sure the midline is where it matters: 80 mm from the middle of a face of 150 mm.
+double midline_at_ends(const Asymmetry& a) {
+  constexpr double away = 80.0 / 150;
+  return a.plane.sigma_angle * std::numbers::pi / 180 * away * a.pose.width;
+}
+
+/// What a doctor is told of the pose; empty where no face was found.
+std::string pose_words(const Asymmetry& a, Typography t) {
+  if (side_of_patient(a) == 0) return {};
+  const std::string gap = t == fine ? "\u00a0" : " ";
+  return "The face was found and turned upright. R is the patient's right as the scan has it: if the export mirrored "
+         "the "
+         "scan, R and L are exchanged; check a mole or a scar. The midline is certain to " +
+         number(a.plane.sigma_angle, t, 2) + (t == fine ? "°" : " degrees") + ", that is " +
+         number(midline_at_ends(a), t, 2) + gap + unit_text(a.unit) + " at forehead and chin.";
 }
 
 Json input_json(const Asymmetry& a) {
@@ -48,10 +84,19 @@ Json input_json(const Asymmetry& a) {
           {"dropped", {{"nonfinite", k.dropped_nonfinite}, {"class", k.dropped_class}, {"crop", k.dropped_crop}}}};
 }
 
+Json stable_json(const AsymmetryOptions& o) {
+  if (o.stable.empty()) return nullptr;
+  Json names = Json::array();
+  for (const StablePart part : o.stable) names.push_back(to_text(part));
+  return names;
+}
+
 Json parameters_json(const Asymmetry& a) {
   const AsymmetryOptions& o = a.options;
   const CompareOptions& c = o.compare;
   return {{"direction_rule", to_text(c.project.direction.kind)},
+          {"orientation", o.orientation == FaceOrientation::found ? "found" : "given"},
+          {"stable", stable_json(o)},
           {"across", o.across ? point(*o.across) : Json(nullptr)},
           {"rim", real(o.rim)},
           {"depth", o.depth > 0 ? real(o.depth) : Json(nullptr)},
@@ -78,12 +123,25 @@ Json plane_json(const Asymmetry& a) {
           {"sigma_offset", real(p.sigma_offset)},
           {"twist_deg", real(p.twist)},
           {"glide", real(p.glide)},
-          {"positive_side", positive_side(a)}};
+          {"positive_side", positive_axis(a)}};
 }
 
 Json pose_json(const Asymmetry& a) {
+  const FacePose& p = a.pose;
+  const bool found = p.found();
   return {{"convention", "face = matrix * input, row-major; the symmetry plane is x = 0 of the face"},
-          {"matrix", values::matrix(a.to_face)}};
+          {"matrix", values::matrix(a.to_face)},
+          {"found", found},
+          {"refusal", found ? Json(nullptr) : Json(to_text(p.refusal))},
+          {"likeness", real(p.likeness)},
+          {"front", found ? point(p.front) : Json(nullptr)},
+          {"up", found ? point(p.up) : Json(nullptr)},
+          {"left", found ? point(p.left) : Json(nullptr)},
+          {"width", found ? real(p.width) : Json(nullptr)},
+          {"covered", real(p.covered)},
+          {"sigma_angle_deg", found ? real(p.sigma_angle_deg) : Json(nullptr)},
+          {"spread_percent", found ? real(100 * p.spread) : Json(nullptr)},
+          {"swelling_percent", found ? real(100 * a.swelling) : Json(nullptr)}};
 }
 
 Json regions_json(const Asymmetry& a) {
@@ -121,7 +179,8 @@ std::string index_words(const Asymmetry& a, Typography t) {
 /// "the +x side stands out by 0.31 mm on average"
 std::string direction_words(const Asymmetry& a, Typography t) {
   const double d = a.regions.front().directional;
-  return "the " + (d < 0 ? negative_side(a) : positive_side(a)) + " side stands out by " + number(std::fabs(d), t, 3) +
+  return "the " + std::string(side_of_patient(a) == 0 ? "" : "patient's ") +
+         (d < 0 ? negative_side(a) : positive_side(a)) + " side stands out by " + number(std::fabs(d), t, 3) +
          (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
 }
 
@@ -162,7 +221,9 @@ class Page : public HtmlPage {
             ".</p>\n<p class=\"soft\">The face is compared with its own mirror image about the symmetry plane found. d "
             "is the "
             "height of a side above the other side, mirrored: positive where it stands out further. Lengths: " +
-            unit_sentence(a_.unit) + ".</p>\n</header>\n<div class=\"cards\">\n";
+            unit_sentence(a_.unit) + "." +
+            (side_of_patient(a_) == 0 ? std::string() : " " + escaped(pose_words(a_, fine))) +
+            "</p>\n</header>\n<div class=\"cards\">\n";
     card(brief("index.percent", 3), "%", "asymmetry index, noise floor taken off");
     card(brief("index.floor", 3), "%", "noise floor: what a symmetric face would show");
     card(brief_sign("regions.0.directional", 3), unit_, plus_ + " side less " + minus_ + " side (directional)");
@@ -287,6 +348,8 @@ std::string asymmetry_text(const Asymmetry& a) {
        fmt::format("{} {}, without the noise floor {} {}", n(a.comparison.measures.rho), unit,
                    n(a.comparison.noise_floor->debiased_rho), unit));
   const SymmetryPlane& p = a.plane;
+  const std::string told = pose_words(a, plain);
+  if (!told.empty()) out += "  " + told + "\n";
   line(out, "plane",
        fmt::format("({}, {}, {}) . p = {} {}", fixed_number(p.normal.x, 6, plain), fixed_number(p.normal.y, 6, plain),
                    fixed_number(p.normal.z, 6, plain), number(p.offset, plain, 6), unit));
@@ -321,9 +384,15 @@ void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapO
   words.zero = "both sides alike", words.left_out = "scanned, but not the other side";
   words.note = "d = this side − the other side, mirrored";
   const Point3 origin = a.comparison.frame.origin;
+  options.flip = options.flip != !paints_excess_red(a.unit);  // red stands out, whatever the unit
   Box2 box;
   for (const Point2& p : a.comparison.cells.xy) box.add(p);
   options.lines.push_back({{{-origin.x, box.max.y}, {-origin.x, box.min.y}}, "symmetry plane"});
+  if (const int side = side_of_patient(a); side != 0)
+    for (const double x : {box.min.x, box.max.x}) {
+      const double y = box.max.y;
+      options.lines.push_back({{{x, y}, {x, y}}, (x > -origin.x) == (side > 0) ? "L" : "R"});
+    }
   write_map(path, a.comparison, options, context);
 }
 
