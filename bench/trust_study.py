@@ -85,7 +85,8 @@ def main():
     rows = [r for r in runs.read_rows(results) if (r["program"], r["digest"]) in known and r["start"] < count]
     rows = [r for r in rows if not told.only or told.only in r["pair"] or told.only in r["group"]]
     new, old = ([r for r in rows if r["program"] == label] for label in ("new", "old"))
-    told.page.write_text(page.written(new or old, old if new else [], pairs.POINTS, runs.LONGEST))
+    told.page.write_text(page.written(new or old, old if new else [], pairs.POINTS, runs.LONGEST,
+                                      "now" if new else "before"))
     print(f"{told.page.name}: {len(rows)} runs")
 
 

@@ -147,16 +147,17 @@ but is not the true one is wrong.
 """
 
 
-def written(rows, old, points, longest):
+def written(rows, old, points, longest, name="now"):
+    """`rows`: of the program under test, called `name`; `old`: of the one before, or none."""
     pairs, groups = {r["pair"] for r in rows}, {r["group"] for r in rows}
     most = max(collections.Counter(r["pair"] for r in rows).values())
     text = INTRODUCTION.format(pairs=len(pairs), groups=len(groups), starts=most, runs=len(rows), points=points,
                                longest=longest)
     lines = text.splitlines() + ["## Aims", ""] + aims(rows) + times(rows, old)
-    lines += ["## In short", ""] + table("", [("now", rows), ("before", same_runs(old, rows))])
+    lines += ["## In short", ""] + table("", [(name, rows), ("before", same_runs(old, rows))])
     if old:
         lines += ["Before: the program without a verdict, from the same starts where it was run.", ""]
-    lines += ["## Now", "", "### By verdict", ""] + grades(rows) + tables(rows)
+    lines += [f"## {name.capitalize()}", "", "### By verdict", ""] + grades(rows) + tables(rows)
     lines += ["### All that were wrong with exit 0", ""] + failures(rows)
     if old:
         lines += ["## Before", "", "### By overlap", ""]
