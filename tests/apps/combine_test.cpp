@@ -166,7 +166,7 @@ HeldErrors held_errors(std::size_t reference) {
   return {std::sqrt(sum.turn) * 180 / std::numbers::pi, std::sqrt(sum.shift), sum.chi2};
 }
 const HeldErrors& with_dense_reference() {
-  static const HeldErrors errors = held_errors(15000);
+  static const HeldErrors errors = held_errors(30000);
   return errors;
 }
 
@@ -180,7 +180,7 @@ TEST(Combine, DenserReferenceMakesNoErrorGrow) {
   EXPECT_LT(dense.shift, 0.025);
 }
 
-/// Chi² with 4 · 6 freedoms: beyond 51 one time in a thousand, below 8 as seldom. Distances of 15 000 points of the
+/// Chi² with 4 · 6 freedoms: beyond 51 one time in a thousand, below 8 as seldom. Distances of 30 000 points of the
 /// reference counted as independent, though 1200 points of the scan made them.
 TEST(Combine, StatedUncertaintyCoversWithADenseReference) {
   EXPECT_LT(with_dense_reference().chi2, 51);
