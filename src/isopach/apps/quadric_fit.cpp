@@ -406,23 +406,37 @@ class Fitting {
     for (const Answer& a : answers_) radii.push_back(a.asked->quadric.radius);
     const double side = cell_windows * median(radii);
     if (!(side > 0)) return 1;
-    std::map<std::array<std::int64_t, 3>, Vector6> cells;
+    struct Cell {
+      Vector6 sum = Vector6::Zero();
+      Matrix6 normal = Matrix6::Zero();
+    };
+    std::map<std::array<std::int64_t, 3>, Cell> cells;
+    Matrix6 all = Matrix6::Zero();
     for (const Link& l : links_) {
       if (l.weight == 0) continue;
       const Point3 d = (1 / side) * (l.moving - fit_.information.centre);
       const std::array<std::int64_t, 3> key{static_cast<std::int64_t>(std::floor(d.x)),
                                             static_cast<std::int64_t>(std::floor(d.y)),
                                             static_cast<std::int64_t>(std::floor(d.z))};
-      auto& sum = cells.try_emplace(key, Vector6::Zero()).first->second;
-      sum += l.weight * distance(l) * row_of(l);
+      Cell& cell = cells[key];
+      const Vector6 a = row_of(l);
+      cell.sum += l.weight * distance(l) * a;
+      cell.normal += l.weight * a * a.transpose();
+      all += l.weight * a * a.transpose();
     }
     const auto count = static_cast<double>(cells.size());
     if (count < least_cells) return 1;
+    const Eigen::LDLT<Matrix6> of_spread(spread), of_all(all);
+    if (of_spread.info() != Eigen::Success || !of_spread.isPositive() || !of_all.isPositive()) return 1;
     Matrix6 blocks = Matrix6::Zero();
-    for (const auto& [key, sum] : cells) blocks += sum * sum.transpose();
-    const Eigen::LDLT<Matrix6> solver(spread);
-    if (solver.info() != Eigen::Success || !solver.isPositive()) return 1;
-    const double ratio = solver.solve(blocks).trace() / 6 * count / (count - 6);
+    double left = 6;  // what the fit leaves of it: each cell's part of the normal matrix takes its own share off
+    for (const auto& [key, cell] : cells) {
+      blocks += cell.sum * cell.sum.transpose();
+      const Matrix6 part = of_all.solve(cell.normal);
+      left -= (part * part).trace();
+    }
+    if (!(left > 1)) return 1;
+    const double ratio = of_spread.solve(blocks).trace() / left;
     // Independent noise makes the ratio vary by sqrt(2 / (6 cells)) about 1: within two of these nothing is shown.
     return std::isfinite(ratio) && ratio > 1 + 2 * std::sqrt(2 / (6 * count)) ? ratio : 1;
   }
