@@ -165,5 +165,18 @@ TEST(Wrinkles, RefusesLimitsThatAreNone) {
   EXPECT_THROW((void)s.find({0, std::nan("")}), UsageError);
 }
 
+TEST(Wrinkles, AlongTheRimAndDeeperThanWideAreLeftOutAndCounted) {
+  const Bump wrinkle{{8, 5}, -0.4, 6, 0.7, {1, 0}, 0, 0};
+  const Skin with_step = skin(20000, 6, 0, [&](const Point2& p) {
+    const bool slit = std::fabs(p.y - 8) < 0.12 && p.x > 4 && p.x < 16, rim = p.y < 0.1;
+    return wrinkle.at(p.x, p.y) - (slit ? 30 : 0) - (rim ? 3 : 0);
+  });
+  const Wrinkles w = with_step.find({0.05, 2});
+  ASSERT_EQ(w.all.size(), 1u);
+  EXPECT_LT(w.all[0].depth, 0.5);
+  EXPECT_EQ(w.at_rim, 1u);
+  EXPECT_EQ(w.steep, 1u);
+}
+
 }  // namespace
 }  // namespace isopach
