@@ -138,8 +138,7 @@ int run_accuracy(const Arguments& arguments) {
   Cloud reference = read_cloud(request.reference, wanted, run.context());
   if (request.visible) {
     Cloud seen = visible_of(reference, {}, reconstruction, compare.project, run.context());
-    reconstruction =
-        visible_of(std::move(reconstruction), options.start, reference, compare.project, run.context());
+    reconstruction = visible_of(std::move(reconstruction), options.start, reference, compare.project, run.context());
     reference = std::move(seen);
   }
   const double read_s = watch.lap();

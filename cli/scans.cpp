@@ -49,8 +49,7 @@ void add_border_options(Command& command, CompareOptions& options) {
   command.choice<FoldRule>(
       "--folds", options.folds, {{"leave-out", FoldRule::leave_out}, {"keep", FoldRule::keep}},
       "Places where a scan has several layers along the direction, as under overhangs; leave-out: no part of any "
-      "figure, their share is told; keep: measured as triangulated"
-      );
+      "figure, their share is told; keep: measured as triangulated");
 }
 
 void add_visible_option(Command& command, bool& visible) {

@@ -31,8 +31,8 @@ void add_border_options(Command& command, CompareOptions& options);
 
 /// --visible.
 void add_visible_option(Command& command, bool& visible);
-/// What --visible leaves of a scan, seen in the frame of it (after `pose`) and `other` together. A scan without faces is
-/// whole, and a note says so; UsageError where neither has any.
+/// What --visible leaves of a scan, seen in the frame of it (after `pose`) and `other` together. A scan without faces
+/// is whole, and a note says so; UsageError where neither has any.
 [[nodiscard]] Cloud visible_of(Cloud cloud, const Pose& pose, const Cloud& other, const ProjectOptions& project,
                                const Context& context);
 

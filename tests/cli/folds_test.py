@@ -125,6 +125,36 @@ class Folds(FoldsTest):
         self.assertNotIn("folds", self.run_cli(*words).stdout)
         self.fails(2, *words, "--folds", "cut", says=("--folds", "leave-out|keep"))
 
+    def plates(self, name, lift):
+        """20 by 20 with a plate of 9 by 9 five above it, as a mesh."""
+        vertices, faces = [], []
+        for n, start, side, z in ((41, 0, 20, 0), (19, 4.25, 9, 5)):
+            first = len(vertices) + 1
+            vertices += [(start + side * i / (n - 1), start + side * j / (n - 1), z + lift)
+                         for i in range(n) for j in range(n)]
+            for i in range(n - 1):
+                for j in range(n - 1):
+                    a = first + i * n + j
+                    faces += [(a, a + n, a + 1), (a + n, a + n + 1, a + 1)]
+        return self.write(name, ["v %r %r %r" % v for v in vertices] + ["f %d %d %d" % f for f in faces])
+
+    def test_visible(self):
+        a, b = self.plates("a.obj", 0), self.plates("b.obj", 0.25)
+        seen = self.result("compare", a, b, "--visible")
+        self.assertEqual(seen["folds"]["area"], 0)
+        self.assertAlmostEqual(seen["volume"]["net"], 100, delta=1)
+        self.assertEqual(seen["inputs"][0]["points"], 41 * 41 + 19 * 19 - 18 * 18)
+        self.assertTrue(any("--visible" in w for w in seen["warnings"]))
+        told = self.result("accuracy", b, a, "--align", "none", "--visible")
+        self.assertAlmostEqual(told["normal"]["bias"], 0.25, delta=0.01)
+        self.assertEqual(told["folds"]["area"], 0)
+        for verb in ("match", "roughness", "scanners"):
+            scans = {"match": (b, a), "roughness": (a,), "scanners": (b, b, a)}[verb]
+            found = self.result(verb, *scans, "--visible")
+            self.assertTrue(any("--visible" in w for w in found["warnings"]), verb)
+        self.scans()
+        self.fails(2, "compare", "a.xyz", "b.xyz", "--visible", says=("--visible", "faces"))
+
 
 class FoldsOfSharedData(FoldsTest):
     def data(self, name):

@@ -22,7 +22,8 @@ class OptionsTest(CliTest):
     def setUp(self):
         super().setUp()
         rows = ["x,y,z,noise,classification"]
-        layered = points(2, n=600, lift=0.01) + [(x, y, z + 4) for x, y, z in points(2, n=600, lift=0.01)[::9]]
+        single = points(2, n=600, lift=0.01)
+        layered = single + [(x, y, z + 4) for x, y, z in single if x < 4 and y < 6]
         for name, scan in [("a.csv", points(1, n=600)), ("b.csv", layered)]:
             self.write(name, rows + ["%r,%r,%r,%r,%d" % (x, y, z, 0.05 if x < 12 else 0.1, 2 + i % 5 // 4)
                                      for i, (x, y, z) in enumerate(scan)])
@@ -128,6 +129,7 @@ class Compare(OptionsTest):
         "--domain": ("numbers", [], ["--domain", "hull"]),
         "--border": ("numbers", [], ["--border", "hull"]),
         "--max-edge": ("numbers", [], ["--max-edge", "1.5"]),
+        "--folds": ("numbers", [], ["--folds", "keep"]),
         "--locate": ("numbers", [], ["--locate", "tree"]),
         "--sigma1": ("numbers", SIGMAS, ["--sigma1", "@noise", "--sigma2", "0.05"]),
         "--sigma2": ("numbers", SIGMAS, ["--sigma1", "0.05", "--sigma2", "@noise"]),
@@ -159,6 +161,7 @@ class Compare(OptionsTest):
         "--objective": ["--match", "--objective", "luck"], "--coarse": ["--coarse"], "--overlap": ["--match", "--overlap", "2"],
         "--freedom": ["--match", "--freedom", "up"], "--max-iterations": ["--match", "--max-iterations", "0"],
         "--tolerance": ["--match", "--tolerance", "0"],
+        "--folds": ["--folds", "cut"], "--visible": ["--visible"],
         "--no-layer-check": ["--no-layer-check=maybe"], "--no-map": ["--no-map=maybe"],
         "--no-cells": ["--no-cells=maybe"], "--no-points": ["--no-points=maybe"], "--flip-palette": ["--flip-palette=maybe"],
         "--match": ["--match=maybe"],

@@ -132,7 +132,7 @@ TEST(Wrinkles, ValleysAreConnectedSetsOfDeepNodes) {
   const auto large =
       static_cast<std::size_t>(std::count_if(size.begin(), size.end(), [](std::size_t n) { return n >= 3; }));
   const Wrinkles w = s.find({depth, 0.5});
-  EXPECT_EQ(w.all.size() + w.pits, large);
+  EXPECT_EQ(w.all.size() + w.pits + w.at_rim + w.steep, large);
   ASSERT_FALSE(w.all.empty());
   for (const Wrinkle& one : w.all) {
     EXPECT_EQ(one.nodes.size(), size[label[one.nodes.front()]]);
@@ -163,6 +163,19 @@ TEST(Wrinkles, RefusesLimitsThatAreNone) {
   const Skin s = skin(100, 8, 0, [](const Point2&) { return 0.0; });
   EXPECT_THROW((void)s.find({-1, 0}), UsageError);
   EXPECT_THROW((void)s.find({0, std::nan("")}), UsageError);
+}
+
+TEST(Wrinkles, AlongTheRimAndDeeperThanWideAreLeftOutAndCounted) {
+  const Bump wrinkle{{8, 5}, -0.4, 6, 0.7, {1, 0}, 0, 0};
+  const Skin with_step = skin(20000, 6, 0, [&](const Point2& p) {
+    const bool slit = std::fabs(p.y - 8) < 0.12 && p.x > 4 && p.x < 16, rim = p.y < 0.05;
+    return wrinkle.at(p.x, p.y) - (slit ? 30 : 0) - (rim ? 3 : 0);
+  });
+  const Wrinkles w = with_step.find({0.05, 2});
+  ASSERT_EQ(w.all.size(), 1u);
+  EXPECT_LT(w.all[0].depth, 0.5);
+  EXPECT_EQ(w.at_rim, 1u);
+  EXPECT_EQ(w.steep, 1u);
 }
 
 }  // namespace

@@ -65,7 +65,8 @@ class Twin {
   [[nodiscard]] std::vector<unsigned char> triangles() const {
     const std::size_t n = neighbours_.size();
     std::vector<bool> weak(n), sure(n), folded(n);
-    for (Index i = 0; i < n; ++i) weak[i] = covered(i, torn_steps, false), sure[i] = covered(i, surely_torn_steps, true);
+    for (Index i = 0; i < n; ++i)
+      weak[i] = covered(i, torn_steps, false), sure[i] = covered(i, surely_torn_steps, true);
     std::vector<Index> group(n);
     for (Index i = 0; i < n; ++i) group[i] = i;
     for (bool changed = true; changed;) {  // the least index of those that belong together
@@ -127,9 +128,8 @@ class Twin {
         if (sign * step(i, v) > limit(i, factor) && sign * step(i, v) > limit(v, factor)) others.push_back(v);
       // In no closed half-plane: the line through any of them has others strictly on either side.
       const auto strictly = [&](Index v, int side) {
-        return std::any_of(others.begin(), others.end(), [&](Index w) {
-          return orientation(scan_.s.xy[i], scan_.s.xy[v], scan_.s.xy[w]) == side;
-        });
+        return std::any_of(others.begin(), others.end(),
+                           [&](Index w) { return orientation(scan_.s.xy[i], scan_.s.xy[v], scan_.s.xy[w]) == side; });
       };
       if (!others.empty() &&
           std::all_of(others.begin(), others.end(), [&](Index v) { return strictly(v, 1) && strictly(v, -1); }) &&
@@ -200,19 +200,21 @@ TEST(Folds, TwoSheetsAreFoldedAllOver) {
 }
 
 TEST(Folds, HalfTheAreaIsHalf) {
-  EXPECT_NEAR(scan_of(in_square(20000, 2),
-                      [](const Point2& p, Random& r) {
-                        return (p.x < 0.5 && r.uniform() < 0.5 ? 0.2 : 0) + 0.0005 * r.bell();
-                      })
-                  .share(),
-              0.5, 0.03);
+  EXPECT_NEAR(
+      scan_of(in_square(20000, 2),
+              [](const Point2& p, Random& r) { return (p.x < 0.5 && r.uniform() < 0.5 ? 0.2 : 0) + 0.0005 * r.bell(); })
+          .share(),
+      0.5, 0.03);
 }
 
 TEST(Folds, NoiseAndReliefAreNone) {
   for (const double noise : {0.0, 0.001, 0.01, 1.0, 100.0})
-    EXPECT_LT(scan_of(in_square(20000, 3), [&](const Point2& p, Random& r) {
-                return std::sin(9 * p.x) * std::cos(7 * p.y) + noise * r.bell();
-              }).share(), 2e-4) << noise;
+    EXPECT_LT(
+        scan_of(in_square(20000, 3),
+                [&](const Point2& p, Random& r) { return std::sin(9 * p.x) * std::cos(7 * p.y) + noise * r.bell(); })
+            .share(),
+        2e-4)
+        << noise;
   EXPECT_EQ(scan_of(in_square(20000, 4), [](const Point2& p, Random&) { return 6 * p.x; }).share(), 0);
 }
 
@@ -281,11 +283,12 @@ TEST(Folds, ThreadsUpsideDownUnitAndPlaceDoNotMatter) {
   const Scan scan = scan_of(points, height);
   const Folds folds = scan.folds();
   ASSERT_TRUE(folds.any());
-  for (const int threads : {1, 2, 7}) run_with_threads(threads, [&] {
-    const Folds again = scan.folds();
-    EXPECT_EQ(again.folded, folds.folded);
-    EXPECT_EQ(again.area, folds.area);
-  });
+  for (const int threads : {1, 2, 7})
+    run_with_threads(threads, [&] {
+      const Folds again = scan.folds();
+      EXPECT_EQ(again.folded, folds.folded);
+      EXPECT_EQ(again.area, folds.area);
+    });
   Scan turned = scan;
   for (double& z : turned.z) z = -z;
   EXPECT_EQ(turned.folds().folded, folds.folded);

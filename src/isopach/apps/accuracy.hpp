@@ -34,8 +34,9 @@ struct Accuracy {
   double scale = 1;                  ///< of the pose
   Comparison comparison;  ///< A: the reference, B: the reconstruction after the pose; d = reconstruction − reference
   Measures normal;        ///< of the same cells, along the normal of the surface: what the headline tells
-  PointResiduals points;  ///< of the points of the reconstruction about the surface of the reference, along the direction
-  Distances distances;    ///< A, B likewise: to the closest surface point, Hausdorff
+  PointResiduals
+      points;           ///< of the points of the reconstruction about the surface of the reference, along the direction
+  Distances distances;  ///< A, B likewise: to the closest surface point, Hausdorff
   Completeness completeness;
   std::vector<std::string> warnings;
   Timing timing;

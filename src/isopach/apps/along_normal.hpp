@@ -1,17 +1,17 @@
 // along_normal: differences along the normal of the surface instead of along the direction.
 //
-// Along the direction a wall of slope θ shows every deviation 1 / cos θ times, so a few steep facets rule a mean square.
-// Along the normal it is d · cos θ, to first order in the deviation.
+// Along the direction a wall of slope θ shows every deviation 1 / cos θ times, so a few steep facets rule a mean
+// square. Along the normal it is d · cos θ, to first order in the deviation.
 #pragma once
 #include "isopach/compare/comparison.hpp"
 #include "isopach/compare/meshes.hpp"
 
 namespace isopach {
 
-/// The cells of a comparison with d · cos θ in the place of d: θ at each node that of its own scan, of A where both have
-/// it, from the mean slope of the facets around it that are kept and not folded, by area; of its square what the noise
-/// of the heights adds to it is taken off, so that rough ground does not pass for a slope. Areas stay those in the
-/// plane. `c` and `meshes` come from one comparison without polygons or mask. Cost O(nodes). Test:
+/// The cells of a comparison with d · cos θ in the place of d: θ at each node that of its own scan, of A where both
+/// have it, from the mean slope of the facets around it that are kept and not folded, by area; of its square what the
+/// noise of the heights adds to it is taken off, so that rough ground does not pass for a slope. Areas stay those in
+/// the plane. `c` and `meshes` come from one comparison without polygons or mask. Cost O(nodes). Test:
 /// tests/apps/accuracy_test.cpp.
 class NormalCells {
  public:

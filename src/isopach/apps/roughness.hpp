@@ -21,9 +21,8 @@ enum class FormKind { none, plane, polynomial, reference };
 enum class MeanFilter { gaussian, robust };
 
 struct RoughnessOptions {
-  CompareOptions
-      compare;  ///< of the scans: project, pose of the second, border, max_edge, unit, allow_crs, check_layers,
-               ///< folds
+  CompareOptions compare;  ///< of the scans: project, pose of the second, border, max_edge, unit, allow_crs,
+                           ///< check_layers, folds
   FormKind form = FormKind::plane;
   unsigned degree = 2;                       ///< of FormKind::polynomial
   double s_filter = 0;                       ///< cut-off of the S-filter, unit of x and y; 0: none
@@ -40,10 +39,10 @@ struct RoughnessOptions {
 /// One scan's answer.
 struct Texture {
   InputSummary input;
-  double area = 0;     ///< of what the scan supports, without folds unless they are kept
+  double area = 0;                           ///< of what the scan supports, without folds unless they are kept
   double folded_area = 0, folded_share = 0;  ///< of folds, and ÷ (area with them), see overlay/folds.hpp
-  double spacing = 0;  ///< √(area ÷ nodes)
-  double margin = 0;   ///< as in force
+  double spacing = 0;                        ///< √(area ÷ nodes)
+  double margin = 0;                         ///< as in force
   std::vector<double>
       form;  ///< coefficients by rising degree of Legendre polynomials in the box of the scan; may be none
   double form_sq = 0, waviness_sq = 0;  ///< root mean square of what was removed, about its mean, over the area

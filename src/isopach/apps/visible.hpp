@@ -1,5 +1,5 @@
-// visible: what of a meshed scan is seen from where the direction comes from. The exact answer to folds where a file has
-// faces: what lies behind one of them is no part of the height field.
+// visible: what of a meshed scan is seen from where the direction comes from. The exact answer to folds where a file
+// has faces: what lies behind one of them is no part of the height field.
 #pragma once
 #include "isopach/cloud/cloud.hpp"
 #include "isopach/field/height_field.hpp"
@@ -12,8 +12,8 @@ namespace isopach {
 [[nodiscard]] Array<unsigned char> hidden_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
                                                  const HeightField& field, const Context& context);
 
-/// The cloud without its hidden points, seen after `pose` along the direction of `frame`, and without the faces that had
-/// one of them as a corner; a note says how many. Attributes stay with their points. Errors: as hidden_points and
+/// The cloud without its hidden points, seen after `pose` along the direction of `frame`, and without the faces that
+/// had one of them as a corner; a note says how many. Attributes stay with their points. Errors: as hidden_points and
 /// project (duplicates are not refused).
 [[nodiscard]] Cloud visible_part(const Cloud& cloud, const Pose& pose, const Frame& frame,
                                  const ProjectOptions& options, const Context& context);

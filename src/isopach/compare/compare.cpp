@@ -94,7 +94,8 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   if (meshes != nullptr) *meshes = stages::meshes_of(c, a, b, t1, t2, borders);
   const stages::NodesLeftOut left_out = stages::nodes_in_folds(borders);
   c.fields_a = stages::point_fields(cloud_a, Pose{}, c.frame, a, borders.measured_2().other, f2_at_a, -1, left_out.a);
-  c.fields_b = stages::point_fields(cloud_b, options.pose, c.frame, b, borders.measured_1().other, f1_at_b, +1, left_out.b);
+  c.fields_b =
+      stages::point_fields(cloud_b, options.pose, c.frame, b, borders.measured_1().other, f1_at_b, +1, left_out.b);
 
   const OverlayMesh mesh_1{t1, a.xy, a.z, a_in_2, f2_at_a, borders.kept_1};
   const OverlayMesh mesh_2{t2, b.xy, b.z, b_in_1, f1_at_b, borders.kept_2};

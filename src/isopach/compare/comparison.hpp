@@ -107,7 +107,7 @@ struct Comparison {
                               ///< volume that the hulls alone would give
   double sliver_area = 0,
          sliver_volume = 0;  ///< of long thin triangles along the border, shares of domain and of absolute volume
-  FoldSummary folds;       ///< zeros where there are none, and where options.check_layers is not set
+  FoldSummary folds;         ///< zeros where there are none, and where options.check_layers is not set
   Cells cells;
   OverlaySurface overlay_surface;  ///< options.keep_overlay: the cells of the exact overlay, frame coordinates
   Array<double> overlay_lod;       ///< level of detection at its vertices; empty if there is none

@@ -257,8 +257,10 @@ void clip_borders(const Triangulation& t1, const Triangulation& t2, const Height
   std::vector<Region> hulls;
   hulls.push_back(std::move(hull));
   const Regions within(std::move(hulls), t1.real);
-  const ClippedAreas of_1 = clipped_areas(t1, a.xy, with_folds(borders.kept_1, borders.folded_1), clip, &within, context);
-  const ClippedAreas of_2 = clipped_areas(t2, b.xy, with_folds(borders.kept_2, borders.folded_2), clip, nullptr, context);
+  const ClippedAreas of_1 =
+      clipped_areas(t1, a.xy, with_folds(borders.kept_1, borders.folded_1), clip, &within, context);
+  const ClippedAreas of_2 =
+      clipped_areas(t2, b.xy, with_folds(borders.kept_2, borders.folded_2), clip, nullptr, context);
   c.area_union = of_1.all + of_2.all - of_1.within;
   borders.kept_area = of_1.flagged + of_2.flagged;
   borders.removed_area = std::max(0.0, of_1.all + of_2.all - borders.kept_area);

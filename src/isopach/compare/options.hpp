@@ -20,8 +20,8 @@ enum class MeasureKind { V, dV, currents };
 enum class Interpolation { linear, cubic };  ///< of each scan between its nodes, see interpolate.hpp, smooth.hpp
 enum class DomainKind { overlap, hull };
 enum class BorderRule { trim, hull };
-/// Places where a scan has several layers along the direction, see overlay/folds.hpp: no part of it, or measured as they
-/// are triangulated.
+/// Places where a scan has several layers along the direction, see overlay/folds.hpp: no part of it, or measured as
+/// they are triangulated.
 enum class FoldRule { leave_out, keep };
 enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp
 
@@ -45,10 +45,10 @@ struct CompareOptions {
   /// trim: only what the sampling supports, overlay/border.hpp; hull: the paper's.
   BorderRule border = BorderRule::trim;
   FoldRule folds = FoldRule::leave_out;  ///< asked only where check_layers is set
-  bool keep_overlay = false;  ///< keep the cells of the overlay as a mesh, to be written; `common` has none
-  double max_edge = 0;        ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
-  double alpha = 0;           ///< > 0: triangles of T1, T2 with a larger circumradius are no part of a scan; 0: none
-  AreaOptions area;           ///< polygons and mask
+  bool keep_overlay = false;             ///< keep the cells of the overlay as a mesh, to be written; `common` has none
+  double max_edge = 0;                   ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
+  double alpha = 0;  ///< > 0: triangles of T1, T2 with a larger circumradius are no part of a scan; 0: none
+  AreaOptions area;  ///< polygons and mask
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   WeightSource weight;                        ///< weighted measures beside the plain ones; default: none
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it

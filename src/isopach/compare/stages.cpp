@@ -124,23 +124,21 @@ void describe_slivers(const CellView& unclipped, const CellView& cells, Comparis
 }
 
 // Cells that belong to what both scans sampled, but not to the domain.
-FoldSummary left_out(const Comparison& c) {
-  return c.options.folds == FoldRule::leave_out ? c.folds : FoldSummary{};
-}
+FoldSummary left_out(const Comparison& c) { return c.options.folds == FoldRule::leave_out ? c.folds : FoldSummary{}; }
 
 void warn_of_folds(Comparison& c) {
   constexpr double told = 0.02;
   if (!(c.folds.share > told)) return;
   const bool keeps = c.options.folds == FoldRule::keep;
   const double volume = c.measures.volume.absolute > 0 ? c.folds.volume.absolute / c.measures.volume.absolute : 0;
-  c.warnings.push_back(
-      fmt::format("{:.2g} % of the area that both scans cover has several layers along the direction and is {}: another "
-                  "--direction, --crop or, of files with faces, --visible leaves one layer of it",
-                  100 * c.folds.share,
-                  keeps ? fmt::format("measured as it is triangulated, {:.2g} % of the absolute volume (--folds "
-                                      "leave-out leaves it out)",
-                                      100 * volume)
-                        : "left out of all figures (--folds keep measures it as it is triangulated)"));
+  c.warnings.push_back(fmt::format(
+      "{:.2g} % of the area that both scans cover has several layers along the direction and is {}: another "
+      "--direction, --crop or, of files with faces, --visible leaves one layer of it",
+      100 * c.folds.share,
+      keeps ? fmt::format("measured as it is triangulated, {:.2g} % of the absolute volume (--folds "
+                          "leave-out leaves it out)",
+                          100 * volume)
+            : "left out of all figures (--folds keep measures it as it is triangulated)"));
 }
 
 // Of the union. What the footprints share is not known exactly, only the cells that lie in both; those miss of it what

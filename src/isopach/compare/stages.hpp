@@ -48,8 +48,8 @@ void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightFie
 void describe_meshes(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
                      const Locations& a_in_2, const Locations& b_in_1, Comparison& c);
 
-/// Of every node the largest difference of height of the points it was made of; empty where no points were merged, where
-/// the user says which of them counts (min, max, first), and where folds are not asked for.
+/// Of every node the largest difference of height of the points it was made of; empty where no points were merged,
+/// where the user says which of them counts (min, max, first), and where folds are not asked for.
 struct MergedSpreads {
   Array<double> a, b;
 };
@@ -93,7 +93,8 @@ void find_footprints(const Triangulation& t1, const Triangulation& t2, const Hei
 [[nodiscard]] PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame,
                                        const HeightField& field, const Margin& in_other, const Array<double>& other,
                                        int sign, const Array<unsigned char>& left_out);
-/// The nodes of A and of B that lie in folds of their own scan alone, where folds are left out; empty if there are none.
+/// The nodes of A and of B that lie in folds of their own scan alone, where folds are left out; empty if there are
+/// none.
 struct NodesLeftOut {
   Array<unsigned char> a, b;
 };
@@ -114,8 +115,9 @@ struct Common {
                                         const Context& context);
 
 /// T with both heights at its nodes, and which of its triangles lie in the domain. Sets c.trimmed_area and
-/// c.trimmed_volume to what the borders took from it, in units of area and volume, and c.folds. Of the locations only the kinds are
-/// read, of the fields the heights. With a clip what was trimmed counts inside it alone; it does not cut here.
+/// c.trimmed_volume to what the borders took from it, in units of area and volume, and c.folds. Of the locations only
+/// the kinds are read, of the fields the heights. With a clip what was trimmed counts inside it alone; it does not cut
+/// here.
 [[nodiscard]] Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2,
                                const Locations& b_in_1, const Borders& borders, const Array<double>& f2_at_a,
                                const Array<double>& f1_at_b, const Clip* clip, Comparison& c);

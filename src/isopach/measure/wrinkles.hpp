@@ -4,9 +4,9 @@
 // Its two ends are the nodes farthest apart along sides of triangles inside it; its line runs through the middle of
 // what lies at like distance from one end. A wrinkle is a valley whose line is `length` or longer and three times as
 // long as the valley is wide on average (area in the plane ÷ length); other valleys are pits. Two kinds are left out
-// and counted, because their depth is no depth of a wrinkle: those along the rim of the kept triangles (or of a fold that
-// was taken out of them), of whose nodes half or more lie on it, and those `steepest` times as deep on average as they
-// are wide, which are steps or narrow folds of which a height field shows no walls.
+// and counted, because their depth is no depth of a wrinkle: those along the rim of the kept triangles (or of a fold
+// that was taken out of them), of whose nodes half or more lie on it, and those `steepest` times as deep on average as
+// they are wide, which are steps or narrow folds of which a height field shows no walls.
 #pragma once
 #include <span>
 #include <vector>
@@ -40,10 +40,10 @@ struct Wrinkle {
 };
 
 struct Wrinkles {
-  double depth = 0, length = 0;  ///< limits in force
-  double spacing = 0;            ///< √(area ÷ nodes)
-  std::vector<Wrinkle> all;      ///< deepest first
-  std::size_t pits = 0;          ///< valleys that are no wrinkles, of three nodes or more
+  double depth = 0, length = 0;       ///< limits in force
+  double spacing = 0;                 ///< √(area ÷ nodes)
+  std::vector<Wrinkle> all;           ///< deepest first
+  std::size_t pits = 0;               ///< valleys that are no wrinkles, of three nodes or more
   std::size_t at_rim = 0, steep = 0;  ///< long enough for wrinkles, but left out
 };
 

@@ -16,7 +16,8 @@ namespace {
 /// The edges of the footprint, node by node.
 class Stars {
  public:
-  Stars(const Triangulation& t, const Footprint& footprint) : t_(t), footprint_(footprint), leaving_(t.nodes, no_index) {
+  Stars(const Triangulation& t, const Footprint& footprint)
+      : t_(t), footprint_(footprint), leaving_(t.nodes, no_index) {
     for_each_index(t.real, [&](std::size_t i) {
       if (!footprint.keeps(static_cast<Index>(i))) return;
       for (Index k = 0; k < 3; ++k) write_shared(leaving_[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));

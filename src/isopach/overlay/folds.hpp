@@ -8,7 +8,8 @@
 //      than the spacing can carry, and more than the layer itself does from node to node.
 //   2. A node is covered if neighbours that lie above it over torn edges surround it in the plane (no half-plane
 //      through the node holds them all), or if such neighbours below it do.
-//   3. It is surely covered if that holds with 8 r in the place of 4 r, and if these neighbours are all it has or lie in
+//   3. It is surely covered if that holds with 8 r in the place of 4 r, and if these neighbours are all it has or lie
+//   in
 //      two runs or more around it, others between them: the layers lie among each other. Nodes at a cliff, at the
 //      corner of a block or in a gorge three spacings wide are not, however ragged the sampling.
 //   4. Covered nodes within two edges of one another belong together; such a group counts if two of it are surely

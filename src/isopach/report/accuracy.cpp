@@ -299,14 +299,14 @@ std::string accuracy_text(const Accuracy& a, const std::vector<AccuracyCheck>& c
   const DifferenceStatistics& d = a.normal.difference;
   const std::string unit = unit_text(a.unit), height = unit_text(height_unit(c));
   const auto n = [](double v) { return number(v, plain_signs, 4); };
-  std::string out = fmt::format("{} against {}: bias {} {}, rms {} {} along the normal\n", input_name(c.b), input_name(c.a),
-                                signed_number(d.mean, plain_signs), height, n(d.rms), height);
+  std::string out = fmt::format("{} against {}: bias {} {}, rms {} {} along the normal\n", input_name(c.b),
+                                input_name(c.a), signed_number(d.mean, plain_signs), height, n(d.rms), height);
   line(out, "surface",
        fmt::format("mean |d| (rho) {} {}, 95 % of the area within {} {}, largest {} {}", n(a.normal.rho), height,
                    n(d.abs_percentiles[2]), height, n(most(d)), height));
   line(out, "along direction",
-       fmt::format("bias {} {}, rms {} {}, largest {} {}", signed_number(c.measures.difference.mean, plain_signs), height,
-                   n(c.measures.difference.rms), height, n(most(c.measures.difference)), height));
+       fmt::format("bias {} {}, rms {} {}, largest {} {}", signed_number(c.measures.difference.mean, plain_signs),
+                   height, n(c.measures.difference.rms), height, n(most(c.measures.difference)), height));
   if (c.folds.area > 0) line(out, "folds", fold_sentence(c));
   line(out, "points",
        fmt::format("{}: noise {} {}, form {} {}", count(a.points.count, plain_signs), n(a.points.noise), height,

@@ -50,14 +50,9 @@ inline void add_alignment(Json& parameters, const MatchOptions& m, bool aligned,
 /// What a comparison found of folds.
 [[nodiscard]] inline Json folds(const Comparison& c) {
   const FoldSummary& f = c.folds;
-  return {{"rule", to_text(c.options.folds)},
-          {"looked_for", c.options.check_layers},
-          {"area", real(f.area)},
-          {"share", real(f.share)},
-          {"share_a", real(f.share_a)},
-          {"share_b", real(f.share_b)},
-          {"above", real(f.volume.above)},
-          {"below", real(f.volume.below)}};
+  return {{"rule", to_text(c.options.folds)}, {"looked_for", c.options.check_layers}, {"area", real(f.area)},
+          {"share", real(f.share)},           {"share_a", real(f.share_a)},           {"share_b", real(f.share_b)},
+          {"above", real(f.volume.above)},    {"below", real(f.volume.below)}};
 }
 
 }  // namespace isopach::values

@@ -135,9 +135,9 @@ class Summary {
                                    count(x.input.points, plain), number(x.parameters.area, plain),
                                    unit_text(r_.unit, 2), 100 * x.parameters.area / x.area));
     if (x.folded_area > 0)
-      line("folds", fmt::format("{:.2g} % of the area has several layers along the direction and is {}",
-                                100 * x.folded_share,
-                                r_.options.compare.folds == FoldRule::keep ? "measured as triangulated" : "left out"));
+      line("folds",
+           fmt::format("{:.2g} % of the area has several layers along the direction and is {}", 100 * x.folded_share,
+                       r_.options.compare.folds == FoldRule::keep ? "measured as triangulated" : "left out"));
   }
   void parameter(const ParameterName& p) {
     const auto value = [&](const Texture& x) {

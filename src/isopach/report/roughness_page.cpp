@@ -134,6 +134,7 @@ class Page : public HtmlPage {
     row("waviness", plain("scan.waviness_sq"), unit_, "likewise of the waviness");
     row("spacing", plain("scan.spacing"), unit_, "of the points, on average");
     row("area", plain("scan.area"), unit_ + "²", "that the points support, in the plane");
+    row("folds", percent("scan.folded_share"), "%", "of the area has several layers along the direction");
     row("evaluated", plain("scan.evaluated_area"), unit_ + "²", "of it, away from the rim");
     close_table();
   }
