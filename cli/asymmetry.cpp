@@ -146,8 +146,8 @@ int run_asymmetry(const Arguments& arguments) {
   command
       .option("--regions", "thirds|halves|FILE", request.regions,
               "Parts of the face that are told apart: by height, or polygons of a file (GeoJSON, GeoPackage, ...), "
-              "drawn on "
-              "either side: in x and y of FACE with --direction z, else of the upright face (default thirds)")
+              "in x and y of "
+              "FACE (--direction z alone), drawn on either side (default thirds)")
       ->check(not_empty());
   command
       .option(

@@ -33,8 +33,7 @@ struct AsymmetryOptions {
   bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out; of
                          ///< a face that is found so in any case
   FaceParts parts = FaceParts::thirds;
-  std::string polygons;      ///< file of regions to tell instead of parts: in x and y of the scan with direction z
-                             ///< given, in face coordinates where the face is found
+  std::string polygons;      ///< file of regions to tell instead of parts, in x and y of the scan; direction z alone
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
 };
