@@ -11,8 +11,14 @@ namespace {
 
 using test::FaceScan;
 
+/// Seen along z, as the scans of this file lie: what is tested here is the plane, not the search for the face.
+AsymmetryOptions seen_along_z(AsymmetryOptions options = {}) {
+  options.orientation = FaceOrientation::given;
+  return options;
+}
+
 Asymmetry found(const FaceScan& scan, const AsymmetryOptions& options = {}) {
-  return asymmetry(test::face_scan(scan), options, {});
+  return asymmetry(test::face_scan(scan), seen_along_z(options), {});
 }
 
 void expect_plane(const Asymmetry& a, const Pose& pose, double degrees, double distance) {
@@ -60,7 +66,7 @@ TEST(Asymmetry, AScanThatIsItsOwnMirrorImageHasNone) {
     const Point3 p = cloud.points[i];
     cloud.points.push_back({-p.x, p.y, p.z});
   }
-  const Asymmetry a = asymmetry(cloud, {}, {});
+  const Asymmetry a = asymmetry(cloud, seen_along_z(), {});
   EXPECT_LT(test::plane_error(a.plane, {}).degrees, 1e-4);
   EXPECT_LT(a.index.raw, 1e-4);
 }
@@ -171,7 +177,7 @@ TEST(Asymmetry, AnyDirectionWillDo) {
   const Asymmetry plain = found(scan);
   Cloud cloud = test::face_scan(scan);
   for (Point3& p : cloud.points) p = {p.z, p.x, p.y};  // the viewer looks along x, across is y
-  AsymmetryOptions options;
+  AsymmetryOptions options = seen_along_z();
   options.compare.project.direction.kind = Direction::Kind::axis_x;
   const Asymmetry turned = asymmetry(cloud, options, {});
   EXPECT_NEAR(turned.plane.normal.y, plain.plane.normal.x, 1e-6);
@@ -183,10 +189,10 @@ TEST(Asymmetry, TheSameBitsForAnyThreadsAndOrder) {
   scan.points = 2500;
   scan.pose = test::sitting();
   const Cloud cloud = test::face_scan(scan);
-  const Asymmetry one = asymmetry(cloud, {}, {});
+  const Asymmetry one = asymmetry(cloud, seen_along_z(), {});
   Context three;
   three.threads = 3;
-  for (const Asymmetry& other : {asymmetry(cloud, {}, three), asymmetry(test::shuffled(cloud, 5), {}, {})}) {
+  for (const Asymmetry& other : {asymmetry(cloud, seen_along_z(), three), asymmetry(test::shuffled(cloud, 5), seen_along_z(), {})}) {
     EXPECT_EQ(one.plane.normal, other.plane.normal);
     EXPECT_EQ(one.plane.offset, other.plane.offset);
     EXPECT_EQ(one.index.percent, other.index.percent);
@@ -200,7 +206,7 @@ TEST(Asymmetry, ErrorsNameTheOption) {
   const Cloud cloud = test::face_scan(scan);
   const auto message = [&](const AsymmetryOptions& options) -> std::string {
     try {
-      (void)asymmetry(cloud, options, {});
+      (void)asymmetry(cloud, seen_along_z(options), {});
     } catch (const Error& error) {
       return error.what();
     }
@@ -222,7 +228,7 @@ TEST(Asymmetry, ErrorsNameTheOption) {
   EXPECT_NE(message(o).find("--overlap"), std::string::npos);
   Cloud feet = cloud;
   feet.vertical_unit = "ft";
-  EXPECT_THROW((void)asymmetry(feet, {}, {}), InputError);
+  EXPECT_THROW((void)asymmetry(feet, seen_along_z(), {}), InputError);
 }
 
 }  // namespace

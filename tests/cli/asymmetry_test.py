@@ -29,13 +29,17 @@ class AsymmetryCli(CliTest):
         super().setUp()
         self.write("face.xyz", face(bump=1.0))
 
+    def seen(self, words):
+        """These shapes are no faces: the direction is given."""
+        return words if "--direction" in words else ("--direction", "z", *words)
+
     def told(self, *words, name="face.xyz"):
-        return self.result("asymmetry", name, *words)
+        return self.result("asymmetry", name, *self.seen(words))
 
 
 class Output(AsymmetryCli):
     def test_text(self):
-        run = self.run_cli("asymmetry", "face.xyz", "--unit", "mm")
+        run = self.run_cli("asymmetry", "face.xyz", "--unit", "mm", "--direction", "z")
         for word in ["face.xyz: asymmetry index", "+x side stands out", "plane", "upper third", "mm"]:
             self.assertIn(word, run.stdout)
         self.assertEqual({p.name for p in self.folder.iterdir()}, {"face.xyz"})
@@ -58,7 +62,7 @@ class Output(AsymmetryCli):
             self.assertAlmostEqual(math.degrees(math.atan2(normal[1], normal[0])), turn, delta=0.3)
 
     def test_folder(self):
-        self.run_cli("asymmetry", "face.xyz", "-o", "out", "--json", "copy.json", "--title", "Who <it> is")
+        self.run_cli("asymmetry", "face.xyz", "--direction", "z", "-o", "out", "--json", "copy.json", "--title", "Who <it> is")
         files = {p.name for p in self.path("out").iterdir()}
         self.assertEqual(files, {"result.json", "report.html", "asymmetry.png", "points.ply", "pose.txt"})
         result = json.loads(self.path("out/result.json").read_text())
@@ -136,7 +140,7 @@ class Options(AsymmetryCli):
         self.assertEqual(rows["whole"], self.told()["regions"][0])
         for words, code, says in [(("face.xyz",), 3, "face.xyz"),
                                   ((polygons("far.geojson", ("far", ring(99, 99))),), 3, "none of its polygons")]:
-            self.assertIn(says, self.run_cli("asymmetry", "face.xyz", "--regions", *words, code=code).stderr)
+            self.assertIn(says, self.run_cli("asymmetry", "face.xyz", *self.seen(("--regions", *words)), code=code).stderr)
 
     def test_polygons_in_any_direction(self):
         """The same face looking along y and along x: polygons are drawn in the coordinates across that axis."""
@@ -159,15 +163,28 @@ class Options(AsymmetryCli):
     def test_wrong_ones_are_named(self):
         for words in [("--rim", "-1"), ("--rim", "100"), ("--depth", "0"), ("--regions", "quarters"), ("--across", "left"),
                       ("--across", "0,0,0"), ("--across", "z"), ("--overlap", "2"), ("--max-iterations", "0"),
-                      ("--direction", "up"), ("--unit", "mile"), ("--crop", "1"), ("--max-edge", "0"),
+                      ("--direction", "up"), ("--stable", "ears"), ("--stable", "nose"), ("--unit", "mile"), ("--crop", "1"), ("--max-edge", "0"),
                       ("--duplicates", "many"), ("--border", "none"), ("--palette", "grey"), ("--map-width", "9"),
                       ("--class", "2"), ("--visible",), ("--output", ""), ("--json", "")]:
             code = 3 if words in [("--rim", "100"), ("--class", "2")] else 2
             self.assertIn(words[0] if words[0] != "--class" else "class",
-                          self.run_cli("asymmetry", "face.xyz", *words, code=code).stderr)
+                          self.run_cli("asymmetry", "face.xyz", *self.seen(words), code=code).stderr)
+
+    def test_what_is_no_face_is_refused_with_what_to_give(self):
+        vase = []
+        numbers = random.Random(3)
+        for _ in range(2500):
+            t, h = numbers.uniform(0, 2 * math.pi), numbers.uniform(0, 1)
+            r = 0.3 + 0.15 * math.sin(5 * h)
+            vase.append((r * math.cos(t), r * math.sin(t), h))
+        self.write("vase.xyz", vase)
+        run = self.run_cli("asymmetry", "vase.xyz", code=4)
+        for word in ["vase.xyz", "no face is", "--direction"]:
+            self.assertIn(word, run.stderr)
+        self.assertEqual(run.stdout, "")
 
     def test_not_converged(self):
-        run = self.run_cli("asymmetry", "face.xyz", "--max-iterations", "1", code=5)
+        run = self.run_cli("asymmetry", "face.xyz", "--direction", "z", "--max-iterations", "1", code=5)
         self.assertIn("--max-iterations", run.stderr)
 
 

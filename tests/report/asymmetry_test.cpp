@@ -33,7 +33,10 @@ TEST(AsymmetryReport, JsonIsThatOfTheSchema) {
   options.compare.project.crop = Box2{{-80, -90}, {80, 90}};
   options.parts = FaceParts::halves;
   options.overlap = 0.9;
-  for (const Asymmetry& a : {sample(), sample(options)}) {
+  AsymmetryOptions given = options;
+  given.orientation = FaceOrientation::given;
+  options.stable = {StablePart::forehead, StablePart::nose};
+  for (const Asymmetry& a : {sample(), sample(options), sample(given)}) {
     const Json json = Json::parse(asymmetry_json(a, {"pose.txt"}));
     for (const std::string& violation : test::SchemaCheck::violations(schema, json)) ADD_FAILURE() << violation;
     EXPECT_EQ(json["index"]["percent"].get<double>(), a.index.percent);
@@ -46,7 +49,7 @@ TEST(AsymmetryReport, JsonIsThatOfTheSchema) {
 TEST(AsymmetryReport, TextMapAndPageSayTheSame) {
   const Asymmetry a = sample();
   const std::string text = asymmetry_text(a);
-  for (const char* word : {"asymmetry index", "+x side stands out", "plane", "upper third", "mm"})
+  for (const char* word : {"asymmetry index", "the patient's left side stands out", "R is the patient's right", "plane", "upper third", "mm"})
     EXPECT_NE(text.find(word), std::string::npos) << word;
   const auto folder = std::filesystem::temp_directory_path() / "isopach-asymmetry-report";
   std::filesystem::create_directories(folder);

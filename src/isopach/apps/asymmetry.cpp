@@ -390,6 +390,13 @@ void describe_plane(const View& view, const Upright& place, Asymmetry& a) {
   }
 }
 
+/// The match takes residuals for independent; the jackknives of the pose know that asymmetry is coherent over large
+/// parts.
+void believe_larger_sigma(Asymmetry& a) {
+  a.plane.sigma_angle = std::max(a.plane.sigma_angle, a.pose.sigma_angle_deg);
+  a.plane.sigma_offset = std::max(a.plane.sigma_offset, a.pose.sigma_offset);
+}
+
 void describe_index(Asymmetry& a) {
   const Comparison& c = a.comparison;
   AsymmetryIndex& index = a.index;
@@ -502,7 +509,7 @@ Cloud description_of(const Cloud& cloud) {
 void warn_of_swelling(const Cloud& cloud, Asymmetry& a) {
   if (!a.pose.found()) return;
   constexpr int squares = 16;
-  constexpr double share = 0.2, middle = 0.42, stands_out = 0.025;
+  constexpr double share = 0.2, middle = 0.42, stands_out = 0.047;
   constexpr double enough = 12;
   struct Square {
     Sum d;
@@ -587,6 +594,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   const Upright place = refined(stable_points(view, in_force, a.pose), start, across, a, context);
   const Upright upright = place.recentred(view.points.points);
   describe_plane(view, upright, a);
+  if (known) believe_larger_sigma(a);
 
   clock.start("compare");
   Cloud face = placed(view.points.points, upright);

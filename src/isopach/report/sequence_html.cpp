@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "isopach/apps/face_pose.hpp"
 #include "isopach/apps/motions.hpp"
 #include "isopach/report/chart.hpp"
 #include "isopach/report/page.hpp"
@@ -22,7 +23,10 @@ constexpr double view = 480;  // pixels, either way
 
 class SequencePage : HtmlPage {
  public:
-  SequencePage(const SequenceResult& r, const std::string& json) : HtmlPage(json), r_(r), unit_(unit_text(r.unit)) {}
+  SequencePage(const SequenceResult& r, const std::string& json)
+      : HtmlPage(json), r_(r), unit_(unit_text(r.unit)), to_view_(inverted(r.static_frame)) {
+    stand_up();
+  }
 
   std::string write() {
     open_page("Motion of " + input_name(r_.reference));
@@ -59,6 +63,22 @@ class SequencePage : HtmlPage {
     for (const FrameMotion& f : r_.frames)
       if (f.skipped.empty()) all.push_back(&f);
     return all;
+  }
+
+  /// Where the reference shows a face, it is seen upright from its front and from its left; else along the hinge axis.
+  void stand_up() {
+    Cloud reference;
+    reference.points = r_.points;
+    if (reference.points.empty()) return;
+    const FacePose face = find_face(reference, {}, {});
+    if (!face.found()) return;
+    const std::array<Point3, 3> axes{face.left, face.up, face.front};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const auto& [x, y, z] = axes[k];
+      to_view_.m[4 * k] = x, to_view_.m[4 * k + 1] = y, to_view_.m[4 * k + 2] = z;
+      to_view_.m[4 * k + 3] = -(x * face.tip.x + y * face.tip.y + z * face.tip.z);
+    }
+    front_ = "from the front, R on the left", side_ = "from the side";
   }
 
   // --- the animation ------------------------------------------------------------------------------------------------
@@ -108,7 +128,7 @@ class SequencePage : HtmlPage {
     const std::size_t every = (all.size() + most_frames - 1) / most_frames;
     std::vector<const FrameMotion*> shown;
     for (std::size_t k = 0; k < all.size(); k += every) shown.push_back(all[k]);
-    const Pose to_static = inverted(r_.static_frame);
+    const Pose& to_static = to_view_;
     const Dots dots = choose_dots(to_static);
     Box3 box;
     for (const Point3& p : dots.still) box.add(p);
@@ -118,15 +138,14 @@ class SequencePage : HtmlPage {
     if (box.empty()) return;
     const double extent = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
     const double scale = view / (extent > 0 ? extent : 1);
-    const std::array<View, 2> views{
-        View{"from the front", false, 10, {{box.min.x, box.min.y}, {box.max.x, box.max.y}}, scale},
-        View{"from the side", true, 510, {{box.min.z, box.min.y}, {box.max.z, box.max.y}}, scale}};
+    const std::array<View, 2> views{View{front_, false, 10, {{box.min.x, box.min.y}, {box.max.x, box.max.y}}, scale},
+                                    View{side_, true, 510, {{box.min.z, box.min.y}, {box.max.z, box.max.y}}, scale}};
     const double second =
         r_.options.rate > 0 ? std::clamp(static_cast<double>(every) / r_.options.rate, 0.04, 0.5) : 0.1;
     const double cycle = second * static_cast<double>(shown.size());
     out_ +=
         "<h2>The motion</h2>\n<figure><svg viewBox=\"0 0 1000 520\" role=\"img\" aria-label=\"Animation of the parts, "
-        "from the front and from the side\" font-size=\"13\">\n<style>";
+        "seen from two sides\" font-size=\"13\">\n<style>";
     out_ += fmt::format(
         ".turn{{visibility:hidden;animation:turn {:.3g}s steps(1) infinite}}@keyframes "
         "turn{{0%{{visibility:visible}}{:.4g}%,100%{{visibility:hidden}}}}.turn.first{{visibility:visible}}"
@@ -136,8 +155,8 @@ class SequencePage : HtmlPage {
     for (const View& v : views) draw_still(v, dots);
     for (std::size_t k = 0; k < shown.size(); ++k) draw_frame(*shown[k], k, second, views, dots, to_static);
     out_ +=
-        "</svg>\n<figcaption>Dots of the reference frame, carried along with the two parts, seen along and across the "
-        "hinge axis: blue stays, orange moves or is in between.";
+        "</svg>\n<figcaption>Dots of the reference frame, carried along with the two parts: blue stays, orange moves "
+        "or is in between.";
     if (every > 1) out_ += fmt::format(" Every {}. frame is shown.", every);
     out_ += "</figcaption></figure>\n";
   }
@@ -192,7 +211,7 @@ class SequencePage : HtmlPage {
   }
 
   void paths() {
-    const Pose to_static = inverted(r_.static_frame);
+    const Pose& to_static = to_view_;
     const Point3 chin = r_.chin, hinge = r_.hinge ? r_.hinge->point : Point3{0, 0, 0};
     const auto path = [&](const char* name, const Point3 FrameMotion::*place, const Point3& from, bool side) {
       ChartSeries s;
@@ -209,19 +228,19 @@ class SequencePage : HtmlPage {
     out_ += "<h2>Paths</h2>\n";
     const std::string aside = "aside, " + r_.unit, up = "up, " + r_.unit, forward = "forward, " + r_.unit;
     out_ += chart_svg(
-        {"Path of the point, from the front",
+        {std::string("Path of the point, ") + front_,
          aside,
          up,
          {path("as measured", &FrameMotion::chin, chin, false), path("smooth", &FrameMotion::chin_smooth, chin, false)},
          true});
     out_ += chart_svg(
-        {"Path of the point, from the side",
+        {std::string("Path of the point, ") + side_,
          forward,
          up,
          {path("as measured", &FrameMotion::chin, chin, true), path("smooth", &FrameMotion::chin_smooth, chin, true)},
          true});
     if (!r_.hinge) return;
-    out_ += chart_svg({"Path of the hinge axis, from the side",
+    out_ += chart_svg({std::string("Path of the hinge axis, ") + side_,
                        forward,
                        up,
                        {path("as measured", &FrameMotion::hinge, hinge, true),
@@ -266,6 +285,8 @@ class SequencePage : HtmlPage {
 
   const SequenceResult& r_;
   std::string unit_;
+  Pose to_view_;  ///< x to the right of the picture, y up, z to the viewer
+  const char *front_ = "across the hinge axis", *side_ = "along the hinge axis";
 };
 
 }  // namespace
