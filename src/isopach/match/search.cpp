@@ -19,17 +19,17 @@ using Vector = Eigen::Matrix<double, 7, 1>;
 
 constexpr std::size_t coarsest_nodes = 600;  // of the smoothest level
 constexpr std::size_t level_factor = 8;
-constexpr double unobserved_ratio = 1.5;      // information below this many times what noise alone gives is none
-constexpr double unobserved = 1e-9;           // … and below this share of the largest
-constexpr double weak = 1e-3;                 // information below this share of the largest is named
-constexpr double negligible = 0.02;           // step over standard deviation: the search ends before it
-constexpr double negligible_of_many = 0.1;    // … where a step costs time
-constexpr double rejected = 2.5;              // a step that does not lower the loss ends it below so many of those
-constexpr double least_curvature = 0.55;      // of the loss over its weights, as a step takes it: less would overshoot
-constexpr double least_known_curvature = 0.1; // … and as the covariance takes it
-constexpr std::size_t sample_stride = 8;      // before all nodes of the scans themselves every eighth patch
-constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
-constexpr double least_overlap_kept = 0.5;    // of the common area: a step may not shrink it further
+constexpr double unobserved_ratio = 1.5;       // information below this many times what noise alone gives is none
+constexpr double unobserved = 1e-9;            // … and below this share of the largest
+constexpr double weak = 1e-3;                  // information below this share of the largest is named
+constexpr double negligible = 0.02;            // step over standard deviation: the search ends before it
+constexpr double negligible_of_many = 0.1;     // … where a step costs time
+constexpr double rejected = 2.5;               // a step that does not lower the loss ends it below so many of those
+constexpr double least_curvature = 0.55;       // of the loss over its weights, as a step takes it: less would overshoot
+constexpr double least_known_curvature = 0.1;  // … and as the covariance takes it
+constexpr std::size_t sample_stride = 8;       // before all nodes of the scans themselves every eighth patch
+constexpr std::size_t sampled_nodes = 20000;   // from so many nodes on
+constexpr double least_overlap_kept = 0.5;     // of the common area: a step may not shrink it further
 
 Vector vector(const Vector7& v) { return Eigen::Map<const Vector>(v.data()); }
 

@@ -115,9 +115,7 @@ std::array<double, 3> deviations(const Matching& m, std::size_t first) {
   return d;
 }
 
-std::string precision(double deviation) {
-  return std::isnan(deviation) ? "undetermined" : number(deviation, plain, 2);
-}
+std::string precision(double deviation) { return std::isnan(deviation) ? "undetermined" : number(deviation, plain, 2); }
 
 Json undetermined_json(const Matching& m) {
   Json motions = Json::array();
@@ -185,9 +183,8 @@ std::string match_text(const Matching& m) {
   const double degrees = 180 / std::numbers::pi;
   line(out, "precision",
        fmt::format("{}, {}, {} degrees about x, y, z; {}, {}, {} {} along them (one standard deviation)",
-                   precision(degrees * turns[0]), precision(degrees * turns[1]),
-                   precision(degrees * turns[2]), precision(shifts[0]), precision(shifts[1]),
-                   precision(shifts[2]), unit));
+                   precision(degrees * turns[0]), precision(degrees * turns[1]), precision(degrees * turns[2]),
+                   precision(shifts[0]), precision(shifts[1]), precision(shifts[2]), unit));
   line(out, "fitted",
        fmt::format("{} % of the common area, {} points; the rest differs more than noise",
                    fixed_number(100 * m.overlap, 1, plain), count(stable_points(m), plain)));
