@@ -46,10 +46,11 @@ RegistrationError parse_registration(const std::string& text) {
   try {
     return {0, covariance_in(Json::parse(file)), text};
   } catch (const Undetermined&) {
-    throw InputError(fmt::format(
-        "{}: the scans do not determine the pose along every motion ('undetermined'), so there is no covariance of all: "
-        "give --registration-error a number, how far B may lie wrong along the direction",
-        text));
+    throw InputError(
+        fmt::format("{}: the scans do not determine the pose along every motion ('undetermined'), so there is no "
+                    "covariance of all: "
+                    "give --registration-error a number, how far B may lie wrong along the direction",
+                    text));
   } catch (const std::exception&) {  // of the reader: no JSON, a key that is not there, a value of another type
     throw InputError(fmt::format(
         "{}: holds no 'covariance' of 6 x 6 numbers with its 'centre': --registration-error wants a number, or the "

@@ -30,10 +30,10 @@ inline double many_hills(const Point2& p) {
 }
 
 struct PosePulls {
-  double rms = 0;         ///< of error over stated deviation, six a pair
-  double rms_shift = 0;   ///< of the three shifts alone
-  double rms_error = 0;   ///< of the shifts themselves, unit of the scans
-  int without = 0;        ///< pairs without a whole covariance
+  double rms = 0;        ///< of error over stated deviation, six a pair
+  double rms_shift = 0;  ///< of the three shifts alone
+  double rms_error = 0;  ///< of the shifts themselves, unit of the scans
+  int without = 0;       ///< pairs without a whole covariance
 };
 
 namespace pulls {

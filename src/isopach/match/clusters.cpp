@@ -166,6 +166,9 @@ Symmetric7 clustered_scores(std::span<const ScoreCell> cells, std::span<const Ve
   Matrix columns(parameters, basis.size());
   for (std::size_t c = 0; c < basis.size(); ++c)
     columns.col(static_cast<Eigen::Index>(c)) = Eigen::Map<const Vector>(basis[c].data(), parameters);
+  double information = 0;
+  for (const ScoreCell& c : cells) information += matrix(c.information).trace();
+  if (!(information > 0)) return result;
   const Whitened w(cells, columns);
   const Matrix meat = columns * w.back() * meat_of(w) * w.back().transpose() * columns.transpose();
   std::size_t i = 0;

@@ -1,10 +1,10 @@
 // Cluster-robust scores: how much the pulls on a pose vary, where residuals near one another may be correlated.
 //
-// The covariance of an estimate from weighted equations is H⁻¹ M H⁻¹ (the sandwich of P. Huber 1967), M the covariance of
-// the score Σ w Jᵀn. Residuals of a pose are not independent: the noise of one node is in the residuals of all nodes of
-// the other scan that lie over its facets, strips of a scanner that drifts are shifted as a whole, and a change that is
-// not kept out entirely pulls over all of its area. M is therefore summed over clusters (K.-Y. Liang, S. Zeger 1986):
-// within one, residuals may be correlated in any way. How large they must be is asked of the residuals.
+// The covariance of an estimate from weighted equations is H⁻¹ M H⁻¹ (the sandwich of P. Huber 1967), M the covariance
+// of the score Σ w Jᵀn. Residuals of a pose are not independent: the noise of one node is in the residuals of all nodes
+// of the other scan that lie over its facets, strips of a scanner that drifts are shifted as a whole, and a change that
+// is not kept out entirely pulls over all of its area. M is therefore summed over clusters (K.-Y. Liang, S. Zeger
+// 1986): within one, residuals may be correlated in any way. How large they must be is asked of the residuals.
 #pragma once
 #include <span>
 #include <vector>
@@ -18,11 +18,11 @@ namespace isopach {
 ///
 /// Clusters are runs of sixteen cells; they grow to longer runs, and to strips across the scans in four directions,
 /// where the sum of squares over these is larger than chance makes it (two standard deviations of the trace, in the
-/// metric of the information): of the partitions that are, the one with the largest, along no motion less than the small
-/// clusters say. No partition has less than two clusters a parameter; with less cells runs are shorter. The residuals of
-/// a cluster are small since the pose was fitted to them: corrected by its leverage (R. Bell, D. McCaffrey 2002, CR2).
-/// With independent noise M is a multiple of the information; from few clusters it is drawn there, as far as their
-/// scatter says (O. Ledoit, M. Wolf 2004). 0 outside the span, and without cells. Cost O(cells). Test:
+/// metric of the information): of the partitions that are, the one with the largest, along no motion less than the
+/// small clusters say. No partition has less than two clusters a parameter; with less cells runs are shorter. The
+/// residuals of a cluster are small since the pose was fitted to them: corrected by its leverage (R. Bell, D. McCaffrey
+/// 2002, CR2). With independent noise M is a multiple of the information; from few clusters it is drawn there, as far
+/// as their scatter says (O. Ledoit, M. Wolf 2004). 0 outside the span, and without cells. Cost O(cells). Test:
 /// tests/match/clusters_test.cpp.
 [[nodiscard]] Symmetric7 clustered_scores(std::span<const ScoreCell> cells, std::span<const Vector7> basis);
 

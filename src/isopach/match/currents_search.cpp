@@ -254,10 +254,8 @@ Vector pull_of_borders(const Descent& d, const SurfaceCurrent& a, const SurfaceC
                        const Matrix& m, const Context& context) {
   const SurfaceCurrent a_only = beyond(a, b), b_only = beyond(b, a);
   Vector g = Vector::Zero();
-  if (!b_only.centroids.empty())
-    g += d.scaled(currents_gradient(a.view(), b_only.view(), d.centre(), o, context));
-  if (!a_only.centroids.empty())
-    g -= d.scaled(currents_gradient(a.view(), a_only.view(), d.centre(), o, context));
+  if (!b_only.centroids.empty()) g += d.scaled(currents_gradient(a.view(), b_only.view(), d.centre(), o, context));
+  if (!a_only.centroids.empty()) g -= d.scaled(currents_gradient(a.view(), a_only.view(), d.centre(), o, context));
   return d.solved(m, g);
 }
 

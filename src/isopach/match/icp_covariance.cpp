@@ -15,7 +15,7 @@ using Basis = Eigen::Matrix<double, 7, Eigen::Dynamic>;
 using Vector = Eigen::Matrix<double, 7, 1>;
 
 constexpr std::size_t points_of_a_cell = 8, most_cells = 4096;
-constexpr double near_the_longest = 0.2;    // of it: pairs that a motion may make too long
+constexpr double near_the_longest = 0.2;  // of it: pairs that a motion may make too long
 constexpr double least_curvature = 0.1;
 
 /// What the pairs give together.
@@ -106,7 +106,8 @@ std::string words(const Vector& v, const std::array<std::string, 3>& axes) {
   for (int i = 0; i < 7; ++i) {
     if (std::fabs(v(i)) < 0.4) continue;
     if (!text.empty()) text += " with ";
-    text += i == 6 ? "scale" : std::string(i < 3 ? "turn about " : "shift along ") + axes[static_cast<std::size_t>(i % 3)];
+    text +=
+        i == 6 ? "scale" : std::string(i < 3 ? "turn about " : "shift along ") + axes[static_cast<std::size_t>(i % 3)];
   }
   return text;
 }

@@ -10,9 +10,9 @@ namespace isopach {
 
 struct IcpState {
   Motion motion;
-  PairInformation information;  ///< at `motion`
-  Array<Link> links;            ///< forward pairs of the last step
-  Array<Link> back;             ///< pairs from FIXED in MOVING, if they are sought
+  PairInformation information;       ///< at `motion`
+  Array<Link> links;                 ///< forward pairs of the last step
+  Array<Link> back;                  ///< pairs from FIXED in MOVING, if they are sought
   double width = 0, back_width = 0;  ///< where the biweight of the pairs' residuals ends; 0: none
   std::vector<MatchStep> history;
   int iterations = 0;

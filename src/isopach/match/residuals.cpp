@@ -14,10 +14,10 @@ namespace isopach {
 
 namespace {
 
-constexpr double patch_bound = 4;             // scales of the patches' means
-constexpr std::size_t cells_of_a_patch = 4;   // of the score, at least
-constexpr std::size_t most_cells = 4096;      // of the score
-constexpr double window = 0.2;                // of the bound of a share, to either side
+constexpr double patch_bound = 4;            // scales of the patches' means
+constexpr std::size_t cells_of_a_patch = 4;  // of the score, at least
+constexpr std::size_t most_cells = 4096;     // of the score
+constexpr double window = 0.4;               // of the bound of a share, to either side
 constexpr std::size_t block = 4096;
 static_assert(block % Residuals::largest_patch == 0);
 

@@ -111,12 +111,12 @@ class Residuals {
   /// Trust 1 to the patches with the least means, up to `share` of the area; else 0.
   void trust_share(double share);
 
-  /// At the motion of the last evaluation, by smoothed slopes; `noise`: standard deviations of the heights of the moving
-  /// and of the fixed scan.
+  /// At the motion of the last evaluation, by smoothed slopes; `noise`: standard deviations of the heights of the
+  /// moving and of the fixed scan.
   [[nodiscard]] Information information(const Motion& motion, const Loss& loss, const std::array<double, 2>& noise,
                                         const Context& context) const;
-  /// At the motion of the last evaluation: the pulls by eight nodes in a row of the moving scan, or more where it is the
-  /// denser one or has very many, over these nodes and those of the fixed scan that lie over its facets: the two
+  /// At the motion of the last evaluation: the pulls by eight nodes in a row of the moving scan, or more where it is
+  /// the denser one or has very many, over these nodes and those of the fixed scan that lie over its facets: the two
   /// directions share their noise. For clustered_scores. Test: MatchQuality.CovarianceTellsTheErrors.
   [[nodiscard]] std::vector<ScoreCell> score_cells(const Motion& motion, const Loss& loss,
                                                    const Context& context) const;

@@ -9,9 +9,9 @@ namespace isopach {
 
 [[nodiscard]] Eigen::Matrix<double, 7, 7> matrix(const Symmetric7& s);
 
-/// Within the span of `basis` (orthonormal columns), 0 outside. Derivatives that carry noise seem to know more than they
-/// do: the bread is the information of the cells less the share that noise has of `known`, at most four fifths, times
-/// `curvature`, the second derivative of the loss over its weights.
+/// Within the span of `basis` (orthonormal columns), 0 outside. Derivatives that carry noise seem to know more than
+/// they do: the bread is the information of the cells less the share that noise has of `known`, at most four fifths,
+/// times `curvature`, the second derivative of the loss over its weights.
 [[nodiscard]] Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells, const Information& known,
                                                    const Eigen::Matrix<double, 7, Eigen::Dynamic>& basis,
                                                    double curvature);

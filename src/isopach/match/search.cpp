@@ -19,17 +19,17 @@ using Vector = Eigen::Matrix<double, 7, 1>;
 
 constexpr std::size_t coarsest_nodes = 600;  // of the smoothest level
 constexpr std::size_t level_factor = 8;
-constexpr double unobserved_ratio = 1.5;      // information below this many times what noise alone gives is none
-constexpr double unobserved = 1e-9;           // … and below this share of the largest
-constexpr double weak = 1e-3;                 // information below this share of the largest is named
-constexpr double negligible = 0.02;           // step over standard deviation: the search ends before it
-constexpr double negligible_of_many = 0.1;    // … where a step costs time
-constexpr double rejected = 2.5;              // a step that does not lower the loss ends it below so many of those
-constexpr double least_curvature = 0.4;       // of the loss over its weights, as a step takes it
-constexpr double least_known_curvature = 0.1; // … and as the covariance takes it
-constexpr std::size_t sample_stride = 8;      // before all nodes of the scans themselves every eighth patch
-constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
-constexpr double least_overlap_kept = 0.5;    // of the common area: a step may not shrink it further
+constexpr double unobserved_ratio = 1.5;       // information below this many times what noise alone gives is none
+constexpr double unobserved = 1e-9;            // … and below this share of the largest
+constexpr double weak = 1e-3;                  // information below this share of the largest is named
+constexpr double negligible = 0.02;            // step over standard deviation: the search ends before it
+constexpr double negligible_of_many = 0.1;     // … where a step costs time
+constexpr double rejected = 2.5;               // a step that does not lower the loss ends it below so many of those
+constexpr double least_curvature = 0.55;       // of the loss over its weights, as a step takes it: less would overshoot
+constexpr double least_known_curvature = 0.1;  // … and as the covariance takes it
+constexpr std::size_t sample_stride = 8;       // before all nodes of the scans themselves every eighth patch
+constexpr std::size_t sampled_nodes = 20000;   // from so many nodes on
+constexpr double least_overlap_kept = 0.5;     // of the common area: a step may not shrink it further
 
 Vector vector(const Vector7& v) { return Eigen::Map<const Vector>(v.data()); }
 
@@ -135,7 +135,9 @@ class Solver {
   [[nodiscard]] double curvature(bool with_trust, double least = least_curvature) const {
     const ResidualSums& s = at.sums;
     if (!(s.fitted > 0)) return 1;
-    return std::clamp((s.curvature + (with_trust ? s.bend : 0)) / s.fitted, least, 1.0);
+    // What trust takes is taken of the pull of a patch, which grows with its mean by as much as the loss bends.
+    const double of_trust = with_trust ? 1 + s.bend / s.fitted : 1;
+    return std::clamp(s.curvature / s.fitted * of_trust, least, 1.0);
   }
 
   void note() {
@@ -379,19 +381,19 @@ class Search {
         finish(residuals, s);
       } else {
         settle(residuals, s, !everything(), 8, 2, 1e-4 * extent_);
-        doubt(residuals, k, s);
+        if (is_doubtful()) doubt(information(residuals, k, s));
       }
       motion_ = s.at.motion;
       result_.iterations += s.accepted;
     }
   }
 
+  [[nodiscard]] bool is_doubtful() const { return doubtful_.cols() > 0 && frozen_.cols() == 0; }
+
   // Of the motions that no level before has held, those that this one does not hold either: what it knows of them is
   // no more than noise gives. Each level has its say: a thin one misses detail, a dense one has noise in every slope.
   // Noise is what the scans show, each against itself: residuals far from the best motion are more than noise.
-  void doubt(Residuals& residuals, std::size_t level, Solver& s) {
-    if (doubtful_.cols() == 0 || frozen_.cols() > 0) return;
-    const Information info = information(residuals, level, s);
+  void doubt(const Information& info) {
     Basis still(7, 0);
     for (const Weak& w : weak_within(info, doubtful_, largest_within(info, basis_), true)) {
       if (!w.noise) continue;
@@ -423,8 +425,8 @@ class Search {
       s.start(s.at.motion, false);
       settle(residuals, s, bounded, 1, 1, 1e-5 * extent_);
     }
-    doubt(residuals, levels_.count() - 1, s);
     const Information known = information(residuals, levels_.count() - 1, s);
+    if (is_doubtful()) doubt(known);
     residuals.balance(s.at.motion);
     reweigh(residuals, s, bounded);
     s.negligible = !by_default ? 0 : is_sampled() ? negligible_of_many : negligible;
