@@ -15,6 +15,10 @@ namespace isopach::cli {
 
 /// Files are written to a folder beside their place and renamed by commit(). Without it (a failure, Ctrl-C) the
 /// destructor removes them, and every folder that was made for them.
+///
+/// A folder holds one result: commit() removes the files that an earlier run listed (`outputs` of its result.json; of
+/// simulate, which writes none, of truth.json) and this one does not write. Nothing else is ever removed: no file
+/// outside the folder, no folder, no link, no input of this run.
 class OutputFolder {
  public:
   explicit OutputFolder(const std::string& folder);
@@ -25,6 +29,7 @@ class OutputFolder {
   /// Where to write the file that will be called `name`.
   [[nodiscard]] std::string path(const std::string& name);
   void write_text(const std::string& name, const std::string& text);
+  /// Errors: UsageError where a file cannot be put in its place, or one of an earlier result not be removed.
   void commit();
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }

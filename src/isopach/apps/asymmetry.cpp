@@ -459,8 +459,8 @@ FacePolygons read_polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o
                                    const Context& context) {
   FacePolygons polygons;
   if (o.polygons.empty()) return polygons;
-  stages::NamedRegions file =
-      stages::read_regions("--regions", o.polygons, drawn_frame(frame), cloud.crs, o.compare.allow_crs, a.warnings, context);
+  stages::NamedRegions file = stages::read_regions("--regions", o.polygons, drawn_frame(frame), cloud.crs,
+                                                   o.compare.allow_crs, a.warnings, context);
   polygons.names = std::move(file.names);
   for (Region& region : file.regions) {
     std::vector<Region> one;

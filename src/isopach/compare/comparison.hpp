@@ -34,6 +34,8 @@ struct Cells {
   Array<double> z1, z2;            ///< f̂1 and f̂2 at each node (clamped to the hull boundary outside it)
   Triangulation triangulation;     ///< T
   Array<unsigned char> in_domain;  ///< one flag per real triangle of T
+  Array<unsigned char> scanned;    ///< per real triangle: 1 where A is sampled (its footprint, not its hull), + 2 where
+                                   ///< B is; empty: not known
   std::vector<CellPiece> pieces;   ///< of triangles that the domain holds a part of; their flag is not set
   Array<unsigned char> unclipped;  ///< the flags before polygons and mask cut; empty if nothing did
   Array<double> lod;               ///< level of detection at each node; empty if there is none

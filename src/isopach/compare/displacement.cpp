@@ -12,7 +12,7 @@ namespace {
 
 constexpr std::size_t looked_at = 40000, most_places = 5000, least_places = 30;
 constexpr int rounds = 12;
-constexpr double least_gain = 3;  // times that the median of |d| must fall
+constexpr double least_gain = 5;  // times that the median of |d| must fall
 constexpr int terms = 5;          // 1, x, y, slope along x, slope along y
 
 struct Place {

@@ -25,7 +25,7 @@ struct Displacement {
   double after = 0;       ///< the same without the displacement
 };
 
-/// The simplest displacement that takes the median of |d| down to a third or less, or nothing: where the scans agree,
+/// The simplest displacement that takes the median of |d| down to a fifth or less, or nothing: where the scans agree,
 /// where they differ by noise alone, where a part of the surface changed, and where less than 30 nodes are compared. A
 /// surface that has risen or sunk by the same everywhere cannot be told from a displaced scan, and is found, too. At
 /// most 5000 nodes are looked at. Cost O(cells). Test: tests/compare/displacement_test.cpp.

@@ -385,14 +385,14 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
   const Triangulation& t = cells.triangulation;
   c.common = t.real;
   cells.in_domain.resize(t.real);
+  cells.scanned.resize(t.real);
   const bool over_hull = c.options.domain == DomainKind::hull;
   const FootprintOfNodes in_1(borders.in_1, g.of_1, g.of_2), in_2(borders.in_2, g.of_2, g.of_1);
   const bool anything_goes =
       over_hull && c.options.border == BorderRule::hull && !(c.options.max_edge > 0) && !(c.options.alpha > 0);
-  const auto supported = [&](const std::array<Index, 3>& v) {
-    if (anything_goes) return true;
-    return over_hull ? in_1.holds(v, cells.xy) || in_2.holds(v, cells.xy)
-                     : in_1.holds(v, cells.xy) && in_2.holds(v, cells.xy);
+  const auto scanned = [&](const std::array<Index, 3>& v) {  // as Cells::scanned
+    if (anything_goes) return 3;
+    return (in_1.holds(v, cells.xy) ? 1 : 0) + (in_2.holds(v, cells.xy) ? 2 : 0);
   };
   std::optional<FootprintOfNodes> single_1, single_2;
   if (borders.single)
@@ -436,7 +436,9 @@ Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a
           const auto& v = t.triangles[i].v;
           const bool in_hulls =
               over_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0);
-          const bool sampled = in_hulls && supported(v), in_fold = sampled && folded(v);
+          const int by = scanned(v);
+          cells.scanned[i] = static_cast<unsigned char>(by);
+          const bool sampled = in_hulls && (over_hull ? by != 0 : by == 3), in_fold = sampled && folded(v);
           cells.in_domain[i] = sampled && !(in_fold && borders.left_out) ? 1 : 0;
           if (in_hulls && !sampled) for_inside(i, [&](const Cell& cell) { part.trim(cell); });
           if (in_fold) for_inside(i, [&](const Cell& cell) { part.fold(cell); });

@@ -78,6 +78,7 @@ class Painter {
     const double determinant = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
     const Plane d(c, determinant, &Vertex::d), z(c, determinant, &Vertex::z), lod(c, determinant, &Vertex::lod);
     const bool in_domain = t >= cells_.triangulation.real || cells_.in_domain[t] != 0;
+    if (!in_domain && !cells_.scanned.empty() && cells_.scanned[t] == 0) return;  // in no scan, but in the hull of both
     for (std::int32_t row = rows.begin; row < rows.end; ++row) {
       const double y = row + 0.5;
       double x_begin = std::numeric_limits<double>::infinity(), x_end = -x_begin;

@@ -14,7 +14,8 @@ struct MapView {
 };
 
 struct CellRaster {
-  enum class Cover : unsigned char { none, footprint, domain };  ///< footprint: in T, but not in the domain
+  /// footprint: a scan is there, but not in the domain; none also where T bridges a place without points.
+  enum class Cover : unsigned char { none, footprint, domain };
   MapView view;
   Array<Cover> cover;  ///< rows × columns, row by row from the top
   Array<float> d;      ///< difference; set where cover is domain
