@@ -160,7 +160,7 @@ class Compare(OptionsTest):
         "--registration-error": ["--registration-error", "0.1"], "--noise-floor": ["--noise-floor", "--surface", "overlay"],
         "--objective": ["--match", "--objective", "luck"], "--coarse": ["--coarse"], "--overlap": ["--match", "--overlap", "2"],
         "--freedom": ["--match", "--freedom", "up"], "--max-iterations": ["--match", "--max-iterations", "0"],
-        "--tolerance": ["--match", "--tolerance", "0"],
+        "--tolerance": ["--match", "--tolerance", "0"], "--accept-doubt": ["--accept-doubt"],
         "--folds": ["--folds", "cut"], "--visible": ["--visible"],
         "--no-layer-check": ["--no-layer-check=maybe"], "--no-map": ["--no-map=maybe"],
         "--no-cells": ["--no-cells=maybe"], "--no-points": ["--no-points=maybe"], "--flip-palette": ["--flip-palette=maybe"],

@@ -193,7 +193,7 @@ class Run {
       pronounce(plane, true);
       if (options_.objective == Objective::icp_plane) return plane;
       std::optional<Matching> asked = asked_from(plane.pose);
-      constexpr double as_good = 0.05;  // of z: what random points make of two poses that are the same
+      constexpr double as_good = 0.02;  // of z: what a hundredth of a noise makes of it
       const bool falls = !asked || asked->verdict->grade != plane.verdict->grade ||
                          asked->verdict->evidence.least() < plane.verdict->evidence.least() - as_good;
       if (!falls) return asked;
