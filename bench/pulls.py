@@ -95,9 +95,9 @@ def main():
             row = line(kinds[key], simulated(kinds[key], program, told.count, told.jobs))
             print(row, flush=True)
             text += row + "\n"
+            if told.page:
+                told.page.write_text(text)
         text += "\n"
-    if told.page:
-        told.page.write_text(text)
 
 
 if __name__ == "__main__":

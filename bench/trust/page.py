@@ -91,7 +91,9 @@ def times(new, old):
 
 def numbers(row):
     told = row.get("verdict") or {}
+    told = {k: min(v) if isinstance(v, list) and v else v for k, v in told.items()}  # detail: of both scans
     words = [f"{k} {told[k]:.2f}" for k in ("agree", "shape", "detail", "slip") if isinstance(told.get(k), (int, float))]
+    words += [told["stage"]] if told.get("stage") else []
     return ", ".join(words) or "–"
 
 

@@ -73,11 +73,13 @@ class TrustTest(unittest.TestCase):
 
     def test_page_counts_what_was_wrong_with_exit_0(self):
         row = {"pair": "p", "group": "g", "kind": "rigid", "start": 0, "objective": "measure", "turn": 5.0, "shift": 0.01,
-               "common": 1.0, "degrees": 9.0, "off": 0.2, "seconds": 1.0, "good": True, "grade": "trusted"}
+               "common": 1.0, "degrees": 9.0, "off": 0.2, "seconds": 1.0, "good": True, "grade": "trusted",
+               "verdict": {"agree": 0.8, "detail": [0.9, 0.7], "stage": "coarse"}}
         rows = [{**row, "code": 0, "class": "wrong"}, {**row, "code": 0, "class": "right", "start": 1},
                 {**row, "code": 5, "class": "wrong", "start": 2}]
         text = page.written(rows, [], 100, 300)
         self.assertIn("1 of 3: 33.3 %", text)
+        self.assertIn("agree 0.80, detail 0.70, coarse", text)
         self.assertEqual(len(page.trusted(rows, "wrong")), 1)
 
 
