@@ -11,7 +11,6 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
-#include "isopach/match/icp_search.hpp"
 
 namespace isopach {
 namespace {
@@ -22,6 +21,7 @@ constexpr std::size_t spacing_sample = 2000;
 constexpr std::size_t least_window = 24, most_window = 96;  // points that a quadric is fitted to
 constexpr std::size_t least_pairs = 24, most_queries = 60000;
 constexpr double near_spacings = 1.5, near_scales = 4;  // of the two: how far a pair is sought
+constexpr double rounding = 1e-12;
 constexpr int most_steps = 60, free_scale_steps = 10;
 constexpr double tolerance = 1e-7;           // of the radius
 constexpr double least_cosine = 0.70710678;  // of two normals: 45 degrees
@@ -208,7 +208,7 @@ class Fitting {
       fit_.information = pair_information(links_, true);
       if (!(fit_.information.weight > 0)) return false;
       const PairInformation& in = fit_.information;
-      const Twist twist = plane_step(in, Freedom{}, information_floor(object_, scan_));
+      const Twist twist = plane_step(in, Freedom{}, floor_);
       const double turn = std::sqrt(twist[0] * twist[0] + twist[1] * twist[1] + twist[2] * twist[2]);
       const double shift = std::sqrt(twist[3] * twist[3] + twist[4] * twist[4] + twist[5] * twist[5]);
       if (in.radius * turn + shift <= tolerance * in.radius || !(width > 0)) return true;
@@ -220,7 +220,7 @@ class Fitting {
   /// Pairs that change to and fro keep the steps from ending; what they move is far below what noise does.
   [[nodiscard]] bool settled() const {
     const PairInformation& in = fit_.information;
-    const Twist twist = plane_step(in, Freedom{}, information_floor(object_, scan_));
+    const Twist twist = plane_step(in, Freedom{}, floor_);
     const double shift = std::sqrt(twist[3] * twist[3] + twist[4] * twist[4] + twist[5] * twist[5]);
     const double turn = std::sqrt(twist[0] * twist[0] + twist[1] * twist[1] + twist[2] * twist[2]);
     return in.radius * turn + shift <= 0.1 * fit_.scale;
@@ -234,10 +234,15 @@ class Fitting {
       for (std::size_t i = begin; i < end; ++i) ask(asked_[i], windows, all[i]);
     });
     answers_.clear();
-    Array<double> misfits;
-    for (const Answer& a : all)
-      if (a.asked != nullptr) misfits.push_back(a.asked->quadric.misfit);
+    Array<double> misfits, slopes;
+    for (const Answer& a : all) {
+      if (a.asked == nullptr) continue;
+      const Quadric& q = a.asked->quadric;
+      misfits.push_back(q.misfit);
+      slopes.push_back(q.misfit * q.misfit * (q.inverse(1, 1) + q.inverse(2, 2)) / (q.radius * q.radius));
+    }
     if (misfits.empty()) return;
+    floor_ = std::max(rounding, 2 * median(slopes));
     const double worst = worst_window * median(misfits);
     for (const Answer& a : all)
       if (a.asked != nullptr && a.asked->quadric.misfit <= worst) answers_.push_back(a);
@@ -302,7 +307,7 @@ class Fitting {
     for (const Point3& p : object_.points) box.add(p);
     const double least = std::sqrt(std::max(0.0, solver.eigenvalues()[0])), extent = length(box.max - box.min);
     fit_.slip = fit_.scale > 0 ? 0.01 * extent * least / fit_.scale : std::numeric_limits<double>::infinity();
-    if (solver.eigenvalues()[0] <= information_floor(object_, scan_)) fit_.slip = 0;
+    if (solver.eigenvalues()[0] <= floor_) fit_.slip = 0;
     const Vector6 v = solver.eigenvectors().col(0);
     fit_.least_held = v.head<3>().norm() >= v.tail<3>().norm() ? "a turn" : "a shift";
   }
@@ -382,13 +387,13 @@ class Fitting {
       spread += e * e * pulls[k] * pulls[k].transpose();
     }
     fit_.correlation = correlation(spread);
-    const Matrix6 h = std::max(0.1, slopes / weights) * normal;
+    const double most = fit_.information.radius, loss = std::max(0.1, slopes / weights);
+    const Matrix6 h = loss * normal;
     const Eigen::SelfAdjointEigenSolver<Matrix6> solver(h / weights);
-    const double floor = information_floor(object_, scan_), most = fit_.information.radius;
     Matrix6 inverse = Matrix6::Zero(), unheld = Matrix6::Zero();
     for (Eigen::Index k = 0; k < 6; ++k) {
       const Vector6 v = solver.eigenvectors().col(k);
-      if (solver.eigenvalues()[k] > floor)
+      if (solver.eigenvalues()[k] > loss * floor_)
         inverse += v * v.transpose() / (weights * solver.eigenvalues()[k]);
       else
         unheld += most * most * v * v.transpose();
@@ -444,6 +449,7 @@ class Fitting {
   const OrientedCloud& object_;
   const OrientedCloud& scan_;
   double reach_ = 0;
+  double floor_ = 0;  ///< least eigenvalue that the surfaces made: noise of the quadrics' slopes alone makes half of it
   const Context& context_;
   const OrientedCloud *queries_ = nullptr, *targets_ = nullptr;
   std::size_t window_ = least_window;

@@ -43,7 +43,8 @@ struct QuadricFit {
 /// boundaries, of normals more than 45° apart, and on neighbourhoods that no quadric fits (they cross an edge) are left
 /// out. Nothing where fewer than 24 pairs are left, or the steps do not end. The same bits for any number of threads
 /// and any order of the points. At most 60 000 queries, every k-th. Cost: one small least squares a pair. Test:
-/// tests/apps/quadric_fit_test.cpp (exact on quadrics; pulls of 200 draws; error against density).
+/// tests/apps/quadric_fit_test.cpp (exact on quadrics; chi² of many draws); tests/apps/combine_test.cpp (error against
+/// density).
 [[nodiscard]] std::optional<QuadricFit> fit_quadrics(const OrientedCloud& object, const OrientedCloud& scan,
                                                      const Motion& start, double start_scale, const Context& context);
 
