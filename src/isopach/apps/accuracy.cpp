@@ -81,7 +81,7 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
   a.comparison = compare(reference, reconstruction, compare_options, context, meshes);
   a.unit = a.comparison.unit;
   const Comparison& c = a.comparison;
-  const NormalCells cells(c, meshes);
+  const NormalCells cells(c, meshes, context);
   a.normal = measure(cells.view(), context);
   a.points = point_residuals(reconstruction, a.pose, c.frame, compare_options.project, c.fields_b.dz_signed, context);
   describe_completeness(reference, cells.view(), a, context);

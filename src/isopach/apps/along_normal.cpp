@@ -1,10 +1,12 @@
 #include "isopach/apps/along_normal.hpp"
 
+#include <algorithm>
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/surface.hpp"
 #include "isopach/overlay/common.hpp"
+#include "isopach/overlay/localise.hpp"
 
 namespace isopach {
 namespace {
@@ -18,31 +20,56 @@ Array<unsigned char> single(const Array<unsigned char>& kept, const Array<unsign
   return flags;
 }
 
-Array<double> cosines_of(const HeightField& field, const Triangulation& t, const Array<unsigned char>& kept) {
+/// By node the square of the slope around it, less what the noise of the heights adds to it; it may be below 0.
+Array<double> squared_slopes(const HeightField& field, const Triangulation& t, const Array<unsigned char>& kept) {
   const MatchSurface s = make_surface(field.xy, field.z, t, kept);
   const Array<double> slope = steepness(s);
   const Array<SlopeNoise> noise = slope_noise(s);
   const double sigma = roughness(s);
-  Array<double> cosine(field.xy.size());
-  for_each_index(cosine.size(), [&](std::size_t i) {
-    const double square = slope[i] * slope[i] - sigma * sigma * (noise[i].xx + noise[i].yy);
-    cosine[i] = square > 0 && std::isfinite(square) ? 1 / std::sqrt(1 + square) : 1;
+  Array<double> square(field.xy.size());
+  for_each_index(square.size(), [&](std::size_t i) {
+    square[i] = slope[i] * slope[i] - sigma * sigma * (noise[i].xx + noise[i].yy);
+    if (!std::isfinite(square[i])) square[i] = 0;
   });
-  return cosine;
+  return square;
+}
+
+/// The same of the other scan at the places of one: the mean over the corners of the triangle there; 0 where it has
+/// none.
+Array<double> at_places(const Array<double>& square, const Triangulation& t, std::span<const Point2> xy,
+                        std::span<const Point2> places, const Context& context) {
+  const Locations where = localise_in_order(places, t, xy, context);
+  Array<double> there(places.size());
+  for_each_index(there.size(), [&](std::size_t i) {
+    using Kind = Location::Kind;
+    const Location at = where[i];
+    there[i] = 0;
+    if (at.kind == Kind::node) there[i] = square[at.id];
+    if (at.kind != Kind::triangle && at.kind != Kind::edge) return;
+    const Index triangle = at.kind == Kind::triangle ? at.id : triangle_of(at.id);
+    if (t.is_ghost(triangle)) return;
+    const auto& v = t.triangles[triangle].v;
+    there[i] = (square[v[0]] + square[v[1]] + square[v[2]]) / 3;
+  });
+  return there;
 }
 
 }  // namespace
 
-NormalCells::NormalCells(const Comparison& c, const ScanMeshes& m) : c_(c) {
-  Array<double> cosine_a, cosine_b;
-  both([&] { cosine_a = cosines_of(m.a, m.t1, single(m.kept_1, m.folded_1)); },
-       [&] { cosine_b = cosines_of(m.b, m.t2, single(m.kept_2, m.folded_2)); });
+NormalCells::NormalCells(const Comparison& c, const ScanMeshes& m, const Context& context) : c_(c) {
+  Array<double> own_a, own_b, other_a, other_b;
+  both([&] { own_a = squared_slopes(m.a, m.t1, single(m.kept_1, m.folded_1)); },
+       [&] { own_b = squared_slopes(m.b, m.t2, single(m.kept_2, m.folded_2)); });
+  both([&] { other_a = at_places(own_b, m.t2, m.b.xy, m.a.xy, context); },
+       [&] { other_b = at_places(own_a, m.t1, m.a.xy, m.b.xy, context); });
   const UnitedNodes nodes = unite(m.a.xy, m.b.xy, c.frame.curve);
   zero_.assign(nodes.xy.size(), 0.0);
   d_.resize(nodes.xy.size());
   for_each_index(d_.size(), [&](std::size_t i) {
     const Index in_a = nodes.of_1[i], in_b = nodes.of_2[i];
-    d_[i] = c.cells.d(static_cast<Index>(i)) * (in_a != no_index ? cosine_a[in_a] : cosine_b[in_b]);
+    const double square =
+        in_a != no_index ? std::max(own_a[in_a], other_a[in_a]) : std::max(own_b[in_b], other_b[in_b]);
+    d_[i] = c.cells.d(static_cast<Index>(i)) / std::sqrt(1 + std::max(0.0, square));
   });
 }
 
