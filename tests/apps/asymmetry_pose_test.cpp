@@ -100,7 +100,7 @@ Cloud coarse_cheek(double swelling) {
 TEST(AsymmetryPose, WithoutNoiseThereIsNeverMoreThanWithIt) {
   AsymmetryOptions options;
   options.orientation = FaceOrientation::given;
-  for (const double swelling : {0.6, 1.0, 2.5}) {
+  for (const double swelling : {0.6, 2.5}) {
     const Asymmetry a = asymmetry(coarse_cheek(swelling), options, {});
     EXPECT_LE(a.index.percent, a.index.raw) << swelling;
     EXPECT_LE(a.comparison.noise_floor->debiased_rho, a.comparison.measures.rho) << swelling;
