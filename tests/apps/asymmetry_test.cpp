@@ -192,7 +192,8 @@ TEST(Asymmetry, TheSameBitsForAnyThreadsAndOrder) {
   const Asymmetry one = asymmetry(cloud, seen_along_z(), {});
   Context three;
   three.threads = 3;
-  for (const Asymmetry& other : {asymmetry(cloud, seen_along_z(), three), asymmetry(test::shuffled(cloud, 5), seen_along_z(), {})}) {
+  for (const Asymmetry& other :
+       {asymmetry(cloud, seen_along_z(), three), asymmetry(test::shuffled(cloud, 5), seen_along_z(), {})}) {
     EXPECT_EQ(one.plane.normal, other.plane.normal);
     EXPECT_EQ(one.plane.offset, other.plane.offset);
     EXPECT_EQ(one.index.percent, other.index.percent);
