@@ -78,8 +78,8 @@ bool find_nominal(const Cloud& moving, const Cloud& fixed, const Motion& motion,
   m.nominal_moving = may_be_nominal(moving) && is_nominal(rise_shown(f, g, motion, true, context));
   m.nominal_fixed = may_be_nominal(fixed) && is_nominal(rise_shown(g, f, motion, false, context));
   if (m.nominal_moving && m.nominal_fixed) m.nominal_moving = false;  // points of one of them are needed
-  if (m.nominal_moving) take_as_nominal(g);
-  if (m.nominal_fixed) take_as_nominal(f);
+  if (m.nominal_moving) take_as_nominal(g, true);                     // its nodes say what of MOVING was fitted
+  if (m.nominal_fixed) take_as_nominal(f, false);
   return m.nominal_moving || m.nominal_fixed;
 }
 

@@ -105,9 +105,9 @@ bool is_nominal(const RiseShown& shown) { return shown.patches > 0 && shown.shar
 
 bool may_be_nominal(const Cloud& cloud) { return !cloud.faces.empty() || cloud.format == "stl"; }
 
-void take_as_nominal(MatchSurface& s) {
+void take_as_nominal(MatchSurface& s, bool with_nodes) {
   for_each_index(s.facets.size(), [&](std::size_t i) { s.facets[i].rise = 0; });
-  std::fill(s.weight.begin(), s.weight.end(), 0.0);
+  if (!with_nodes) std::fill(s.weight.begin(), s.weight.end(), 0.0);
 }
 
 }  // namespace isopach

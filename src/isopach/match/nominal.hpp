@@ -34,7 +34,7 @@ struct RiseShown {
 /// Whether a file may hold a nominal mesh: it has faces.
 [[nodiscard]] bool may_be_nominal(const Cloud& cloud);
 
-/// From now on the facets are the surface and the nodes are none of a scan: no rise, no weight.
-void take_as_nominal(MatchSurface& s);
+/// From now on the facets are the surface: no rise. Without `with_nodes` the nodes are none of a scan: no weight.
+void take_as_nominal(MatchSurface& s, bool with_nodes);
 
 }  // namespace isopach
