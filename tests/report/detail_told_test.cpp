@@ -5,6 +5,7 @@
 
 #include "isopach/compare/compare.hpp"
 #include "isopach/report/report.hpp"
+#include "isopach/report/text.hpp"
 #include "tests/support/clouds.hpp"
 
 namespace isopach::test {

@@ -46,7 +46,7 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
     MatchOptions wanted = o.match;
     wanted.compare.check_layers = false;  // the comparison does
     const Matching m = match(scan, reference, wanted, context);
-    require_trust(m, "--align: " + cloud_name(scan));
+    if (!slides_alone(m)) require_trust(m, "--align: " + cloud_name(scan));
     s.verdict = m.verdict;
     s.pose = m.pose;
     s.converged = m.converged;

@@ -308,6 +308,8 @@ class Run {
 
 }  // namespace
 
+bool slides_alone(const Matching& m) { return m.verdict && only_slides(*m.verdict); }
+
 void require_trust(const Matching& m, const std::string& option) {
   if (m.verdict) require_trust(*m.verdict, m.unit == "unknown" ? "units" : m.unit, option);
 }

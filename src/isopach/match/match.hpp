@@ -17,6 +17,9 @@ namespace isopach {
 [[nodiscard]] Matching match(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
                              const Context& context);
 
+/// only_slides() of the verdict of a matching, if it has one: the warning that the verdict left stays.
+[[nodiscard]] bool slides_alone(const Matching& m);
+
 /// require_trust() of the verdict of a matching, if it has one. `option`: how the message begins, e.g. "--match".
 void require_trust(const Matching& m, const std::string& option);
 

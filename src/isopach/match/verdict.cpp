@@ -90,6 +90,10 @@ Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pos
   return judge(moving, fixed, pose, Freedom{}, {1, 0, 0, 0, 1, 0, 0, 0, 1});
 }
 
+bool only_slides(const Verdict& v) {
+  return v.grade == Grade::undetermined && v.evidence.agree >= least_agreement;
+}
+
 Rival apart(const Pose& from, const Pose& to, const Point3& middle) {
   Rival r;
   r.pose = to;
@@ -134,7 +138,9 @@ void require_trust(const Verdict& v, const std::string& unit, const std::string&
   if (v.trusted() || v.accepted) return;
   const bool nothing = v.grade == Grade::doubted && v.nothing_in_view();
   std::string remedy = "give a start nearby";
-  if (v.grade == Grade::undetermined) remedy = "search fewer motions (--freedom), or scan more of what surrounds it";
+  const bool has_freedom = option == "--match" || option == "match";  // the other verbs search all motions
+  if (v.grade == Grade::undetermined)
+    remedy = std::string(has_freedom ? "search fewer motions (--freedom), or " : "") + "scan more of what surrounds it";
   if (v.grade == Grade::rival) remedy = "only a start that you know decides";
   if (v.grade == Grade::doubted && !v.freed) remedy += ", or free all motions";
   throw Error(
