@@ -166,7 +166,8 @@ int run_info(const Arguments& arguments) {
     json["files"].push_back(to_json(path, info));
     if (json_path != "-") run.show(to_text(path, info));
   }
-  if (!json_path.empty()) write_json(json_path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", run);
+  if (!json_path.empty())
+    write_json(json_path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", run);
   return 0;
 }
 

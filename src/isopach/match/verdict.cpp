@@ -90,9 +90,7 @@ Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pos
   return judge(moving, fixed, pose, Freedom{}, {1, 0, 0, 0, 1, 0, 0, 0, 1});
 }
 
-bool only_slides(const Verdict& v) {
-  return v.grade == Grade::undetermined && v.evidence.agree >= least_agreement;
-}
+bool only_slides(const Verdict& v) { return v.grade == Grade::undetermined && v.evidence.agree >= least_agreement; }
 
 Rival apart(const Pose& from, const Pose& to, const Point3& middle) {
   Rival r;

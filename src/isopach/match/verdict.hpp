@@ -55,8 +55,8 @@ struct Verdict {
 /// All six motions, in input axes.
 [[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose);
 
-/// Undetermined, though what both scans see agrees: MOVING may slide along FIXED (a plane, a sphere, a pipe), and how far
-/// the surfaces lie apart stays the same. Enough for whoever measures that alone.
+/// Undetermined, though what both scans see agrees: MOVING may slide along FIXED (a plane, a sphere, a pipe), and how
+/// far the surfaces lie apart stays the same. Enough for whoever measures that alone.
 [[nodiscard]] bool only_slides(const Verdict& v);
 
 /// How far two poses are apart: degrees, and the distance of the places that they give to `middle`.

@@ -125,9 +125,7 @@ std::array<double, 3> deviations(const Matching& m, std::size_t first) {
   return d;
 }
 
-std::string precision(double deviation) {
-  return std::isnan(deviation) ? "undetermined" : number(deviation, plain, 2);
-}
+std::string precision(double deviation) { return std::isnan(deviation) ? "undetermined" : number(deviation, plain, 2); }
 
 Json undetermined_json(const Matching& m) {
   Json motions = Json::array();

@@ -101,7 +101,8 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   const auto quantity = [&](const std::string& key, double v, int power) {
     return told(c, key, v, plain) + " " + measured_unit(c, power);
   };
-  s.free_line(headline(c, quantity) + (matched != nullptr ? " " + moved_briefly(*matched, "B", plain) + " first." : ""));
+  s.free_line(headline(c, quantity) +
+              (matched != nullptr ? " " + moved_briefly(*matched, "B", plain) + " first." : ""));
   if (matched != nullptr) {
     s.line("moved", moved_sentence(*matched, "B", plain));
     if (matched->verdict) s.line("verdict", sentence(*matched->verdict, unit_text(matched->unit)));
