@@ -22,9 +22,8 @@ constexpr const char* description =
     "in any position, and JAW is moved to where it belongs in the coordinates of FACE.\n";
 
 constexpr const char* footer =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 the object is not found in a scan, 5 its place there "
-    "is "
-    "not determined,\n130 interrupted.\n"
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 the object is not found in a scan, 5 its place there\n"
+    "is not determined, 130 interrupted.\n"
     "\n"
     "Examples:\n"
     "  isopach combine face.ply jaw.ply --reference plate.stl -o result     combined.ply, pose.txt, report.html in "

@@ -92,7 +92,8 @@ TEST(Accuracy, CompletenessIsThatOfTheReference) {
 }
 
 TEST(Accuracy, AreaWithinIsThatOfTheClosedForm) {
-  // d = x over the unit square of a lattice: the area with |d| <= 0.3 is 0.3.
+  // d = x over the unit square of a lattice: the area with |d| <= 0.3 is 0.3; along the normal of the tilted plane, whose
+  // slope is 1, the distance is x / sqrt(2).
   Cloud flat, tilted;
   for (int i = 0; i <= 8; ++i)
     for (int j = 0; j <= 8; ++j) {
@@ -104,7 +105,7 @@ TEST(Accuracy, AreaWithinIsThatOfTheClosedForm) {
   options.within = 0.3;
   const Accuracy a = accuracy(tilted, flat, options, {});
   EXPECT_NEAR(area_within(a.comparison.cells.view(), 0.3, {}), 0.3, 1e-12);
-  EXPECT_NEAR(*a.completeness.within, 0.3, 1e-12);
+  EXPECT_NEAR(*a.completeness.within, 0.3 * std::sqrt(2), 1e-12);
 }
 
 TEST(Accuracy, TheSameBitsForAnyThreadsAndOrder) {

@@ -12,7 +12,7 @@ namespace {
 TEST(FaceTemplate, IsSymmetricAndEvenlySampled) {
   const FaceTemplate& face = face_template();
   EXPECT_GT(face.points.size(), 550u);
-  EXPECT_LT(face.points.size(), 850u);
+  EXPECT_LT(face.points.size(), 1100u);
   ASSERT_EQ(face.points.size(), face.relief.size());
   double out = -1;
   for (const TemplatePoint& t : face.points) {

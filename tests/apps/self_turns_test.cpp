@@ -57,8 +57,9 @@ TEST(SelfTurns, SquareBarTurnsByQuarters) {
 
 TEST(SelfTurns, CubeTurnsAboutItsDiagonals) {
   const std::vector<Motion> turns = self_turns(box(20, 20, 20), {});
-  EXPECT_LT(nearest(turns, third_turn), 25);
-  EXPECT_LT(nearest(turns, quarter_turn_z), 25);
+  // Starts: a search leads home from twice as far.
+  EXPECT_LT(nearest(turns, third_turn), 32);
+  EXPECT_LT(nearest(turns, quarter_turn_z), 32);
 }
 
 }  // namespace

@@ -46,7 +46,8 @@ TEST(Visible, WhatLiesUnderAPlateIsHidden) {
     EXPECT_EQ(visible.attributes[0].values[i], p.z);
     EXPECT_FALSE(p.z == 0 && p.x > 4.5 && p.x < 13.5 && p.y > 4.5 && p.y < 13.5) << p.x << " " << p.y;
   }
-  EXPECT_EQ(visible.faces.size(), 2u * (20 * 20 - 10 * 10 + 9 * 9));
+  // In two corners of the hole one triangle of the cell has none of the hidden points.
+  EXPECT_EQ(visible.faces.size(), 2u * (20 * 20 - 10 * 10 + 9 * 9) + 2);
   for (const auto& f : visible.faces)
     for (const Index corner : f) EXPECT_EQ(visible.points[corner].z, visible.points[f[0]].z);
   ASSERT_EQ(visible.notes.size(), 1u);

@@ -85,7 +85,7 @@ class Folds(FoldsTest):
         told = self.result("compare", *pair)
         self.assertLess(told["measure"]["rho"], 0.06)
         self.assertLess(abs(told["difference"]["mean"]), 0.02)
-        self.assertAlmostEqual(told["folds"]["share"], math.pi * 64 / 2400, delta=0.02)
+        self.assertAlmostEqual(told["folds"]["share"], math.pi * 64 / 2400, delta=0.03)
         self.assertAlmostEqual(told["folds"]["area"] / (told["domain"]["area"] + told["folds"]["area"]),
                                told["folds"]["share"], places=9)
         self.assertLess(told["domain"]["coverage"], 0.94)
@@ -146,7 +146,7 @@ class Folds(FoldsTest):
         self.assertEqual(seen["inputs"][0]["points"], 41 * 41 + 19 * 19 - 18 * 18)
         self.assertTrue(any("--visible" in w for w in seen["warnings"]))
         told = self.result("accuracy", b, a, "--align", "none", "--visible")
-        self.assertAlmostEqual(told["normal"]["bias"], 0.25, delta=0.01)
+        self.assertAlmostEqual(told["normal"]["bias"], 0.25, delta=0.02)  # less on the walls
         self.assertEqual(told["folds"]["area"], 0)
         for verb in ("match", "roughness", "scanners"):
             scans = {"match": (b, a), "roughness": (a,), "scanners": (b, b, a)}[verb]

@@ -177,7 +177,11 @@ class Options(MatchCli):
         turned = [(40 - y, x + 70, z) for x, y, z in scan(3, n=4000)]
         self.write("turned.xyz", turned)
         self.write("dense.xyz", scan(4, n=4000))
-        run = self.run_cli("match", "turned.xyz", "dense.xyz", "--coarse", "--json", "-")
+        # The waves look the same after half a turn: a rival, between which the scans cannot decide.
+        refused = self.run_cli("match", "turned.xyz", "dense.xyz", "--coarse", "--json", "-", code=5)
+        self.assertEqual(json.loads(refused.stdout)["verdict"]["grade"], "rival")
+        self.assertIn("180", refused.stderr)
+        run = self.run_cli("match", "turned.xyz", "dense.xyz", "--coarse", "--accept-doubt", "--json", "-")
         m = json.loads(run.stdout)
         self.assertTrue(m["parameters"]["coarse"])
         self.assertAlmostEqual(m["pose"]["angle_deg"], 90, delta=0.5)

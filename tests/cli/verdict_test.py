@@ -150,7 +150,7 @@ class Relief(Verdict):
         text = self.run_cli("compare", "fixed.xyz", "near.xyz", "--match", "-o", "out").stdout
         lines = text.splitlines()
         self.assertIn("B was moved by", lines[0])
-        self.assertTrue(any(line.startswith("moved") and "turned by" in line and "standard deviation" in line
+        self.assertTrue(any(line.strip().startswith("moved") and "turned by" in line and "standard deviation" in line
                             for line in lines))
         result = json.loads(self.path("out/result.json").read_text())
         self.assertAlmostEqual(result["matched"]["angle_deg"], 3, delta=0.3)
@@ -185,7 +185,7 @@ class Relief(Verdict):
         result = self.result("match", "moving.xyz", "fixed.xyz")
         self.assertAlmostEqual(result["fitted_rms"], 0.0028, delta=0.001)
         self.assertIn("rms ", [l for l in self.run_cli("match", "moving.xyz", "fixed.xyz").stdout.splitlines()
-                               if l.startswith("fitted")][0])
+                               if l.strip().startswith("fitted")][0])
 
 
 def quaternion_turn(x, y, z, w):

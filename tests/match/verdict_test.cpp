@@ -221,7 +221,7 @@ TEST(JudgedScan, NoiseIsWhatWasAdded) {
       return 0.1 * p.x + sigma * z;
     });
     // A point about a plane fitted to eight others: an eighth more variance, and some for the tilt.
-    EXPECT_NEAR(scan_of(flat).noise, sigma * std::sqrt(1 + 3.0 / 8), 0.12 * sigma);
+    EXPECT_NEAR(scan_of(flat).noise, sigma * std::sqrt(1 + 3.0 / 8), 0.15 * sigma);
   }
 }
 

@@ -36,7 +36,7 @@ class SchemaCheck {
   void visit(const Json& schema, const Json& value, const std::string& where) {
     static const std::set<std::string> known{"$schema",  "$id",      "title",      "description",          "type",
                                              "enum",     "required", "properties", "additionalProperties", "items",
-                                             "minItems", "maxItems", "minimum"};
+                                             "minItems", "maxItems", "minimum",    "maximum"};
     for (const auto& [key, unused] : schema.items())
       if (known.count(key) == 0) report(where, "the schema uses \"" + key + "\", which is not checked");
     if (schema.contains("type")) {
@@ -52,6 +52,8 @@ class SchemaCheck {
     }
     if (value.is_number() && schema.contains("minimum") && value.get<double>() < schema["minimum"].get<double>())
       report(where, "is below the minimum");
+    if (value.is_number() && schema.contains("maximum") && value.get<double>() > schema["maximum"].get<double>())
+      report(where, "is above the maximum");
     if (value.is_object()) visit_object(schema, value, where);
     if (value.is_array()) visit_array(schema, value, where);
   }

@@ -14,7 +14,7 @@ constexpr std::size_t query_block = 256;
 constexpr double on_surface = 4;  // standard deviations within which a point lies on the frame
 // Of the roughness of both scans: what fits worse is another surface, however well it fits by its own measure. Points
 // on planes of their neighbours err by about 0.4 of it; two faces fitted to one another by 10.
-constexpr double worst_scale = 0.6;
+constexpr double worst_scale = 1.0;
 constexpr std::size_t start_sample = 500;
 
 MatchOptions fit_options() {

@@ -1,5 +1,6 @@
 // The small print of folds: what find_borders and its callers need beside overlay/folds.hpp.
 #include <algorithm>
+#include <cmath>
 #include <limits>
 #include <utility>
 
@@ -37,6 +38,9 @@ Array<unsigned char> nodes_outside(const Margin& with, const Margin& without) {
 MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
                              const Comparison& c) {
   MergedSpreads spreads;
+  const bool along_z = std::fabs(c.frame.rotation[8]) == 1;
+  spreads.raster_a = along_z && cloud_a.grid.has_value();
+  spreads.raster_b = along_z && cloud_b.grid.has_value() && c.options.pose.is_identity();
   const DuplicatePolicy policy = c.options.project.duplicates;
   if (!c.options.check_layers || (policy != DuplicatePolicy::mean && policy != DuplicatePolicy::median)) return spreads;
   if (a.cleaning.duplicates > 0) spreads.a = merged_spread(cloud_a, Pose{}, c.frame, a);

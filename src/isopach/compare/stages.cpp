@@ -294,12 +294,12 @@ Borders find_borders(const Triangulation& t1, const Triangulation& t2, const Hei
       [&] {
         f1 = footprint(t1, a.xy, trim, {options.max_edge, options.alpha}, context);
         borders.in_1 = margins(f1, t1, a.xy, b_in_1, context);
-        if (look) folds_1 = find_folds(t1, a.xy, a.z, spreads.a, f1, context);
+        if (look && !spreads.raster_a) folds_1 = find_folds(t1, a.xy, a.z, spreads.a, f1, context);
       },
       [&] {
         f2 = footprint(t2, b.xy, trim, {options.max_edge, options.alpha}, context);
         borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
-        if (look) folds_2 = find_folds(t2, b.xy, b.z, spreads.b, f2, context);
+        if (look && !spreads.raster_b) folds_2 = find_folds(t2, b.xy, b.z, spreads.b, f2, context);
       });
   borders.kept_area = f1.area + f2.area;
   borders.removed_area = f1.removed_area + f2.removed_area;
