@@ -22,7 +22,8 @@ constexpr const char* description =
     "in any position, and JAW is moved to where it belongs in the coordinates of FACE.\n";
 
 constexpr const char* footer =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 the object is not found in a scan, 5 its place there\n"
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 the object is not found in a scan, 5 its place "
+    "there\n"
     "is not determined, 130 interrupted.\n"
     "\n"
     "Examples:\n"

@@ -92,8 +92,8 @@ TEST(Accuracy, CompletenessIsThatOfTheReference) {
 }
 
 TEST(Accuracy, AreaWithinIsThatOfTheClosedForm) {
-  // d = x over the unit square of a lattice: the area with |d| <= 0.3 is 0.3; along the normal of the tilted plane, whose
-  // slope is 1, the distance is x / sqrt(2).
+  // d = x over the unit square of a lattice: the area with |d| <= 0.3 is 0.3; along the normal of the tilted plane,
+  // whose slope is 1, the distance is x / sqrt(2).
   Cloud flat, tilted;
   for (int i = 0; i <= 8; ++i)
     for (int j = 0; j <= 8; ++j) {

@@ -89,8 +89,10 @@ std::map<std::string, Expected> read_expected(const std::filesystem::path& check
   std::string line;
   while (std::getline(stream, line)) {
     const std::size_t end = line.find(": n=");
-    if (line.rfind("formats/", 0) != 0 || end == std::string::npos || line.find("binary_compressed") != std::string::npos ||
-        line.find("badheader") != std::string::npos)  // the list's own reader does not decode it; takes x, y, x for x, y, z
+    if (line.rfind("formats/", 0) != 0 || end == std::string::npos ||
+        line.find("binary_compressed") != std::string::npos ||
+        line.find("badheader") !=
+            std::string::npos)  // the list's own reader does not decode it; takes x, y, x for x, y, z
       continue;
     if (line.find("max=[") == std::string::npos || line.find(']', line.find("max=[")) == std::string::npos) continue;
     Expected& expected = files[line.substr(8, end - 8)];

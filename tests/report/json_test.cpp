@@ -87,11 +87,10 @@ TEST(ComparisonJson, TheSchemaCheckCanFail) {
 
 TEST(ComparisonJson, KeysAreInTheOrderOfTheContract) {
   const Json j = Json::parse(comparison_json(hills(), {}));
-  const std::vector<std::string> order{"schema",     "tool",           "inputs",       "parameters",     "pose",
-                                       "matched",    "verdict",        "domain",       "measure",        "volume",
-                                       "surfaces",   "budget",         "difference",   "triangulations", "localisation",
-                                       "uncertainty", "border",        "folds",        "outputs",        "warnings",
-                                       "timing_s"};
+  const std::vector<std::string> order{
+      "schema",       "tool",        "inputs", "parameters", "pose",    "matched",    "verdict",
+      "domain",       "measure",     "volume", "surfaces",   "budget",  "difference", "triangulations",
+      "localisation", "uncertainty", "border", "folds",      "outputs", "warnings",   "timing_s"};
   EXPECT_EQ(keys(j), order);
   EXPECT_EQ(keys(j["volume"]), (std::vector<std::string>{"above", "below", "net", "absolute"}));
   EXPECT_EQ(keys(j["measure"]),

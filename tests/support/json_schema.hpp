@@ -34,9 +34,11 @@ class SchemaCheck {
   }
 
   void visit(const Json& schema, const Json& value, const std::string& where) {
-    static const std::set<std::string> known{"$schema",  "$id",      "title",      "description",          "type",
-                                             "enum",     "required", "properties", "additionalProperties", "items",
-                                             "minItems", "maxItems", "minimum",    "maximum"};
+    static const std::set<std::string> known{"$schema",     "$id",        "title",
+                                             "description", "type",       "enum",
+                                             "required",    "properties", "additionalProperties",
+                                             "items",       "minItems",   "maxItems",
+                                             "minimum",     "maximum"};
     for (const auto& [key, unused] : schema.items())
       if (known.count(key) == 0) report(where, "the schema uses \"" + key + "\", which is not checked");
     if (schema.contains("type")) {

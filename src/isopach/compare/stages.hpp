@@ -52,7 +52,8 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
 /// where the user says which of them counts (min, max, first), and where folds are not asked for.
 struct MergedSpreads {
   Array<double> a, b;
-  bool raster_a = false, raster_b = false;  ///< rasters seen along z: one height a cell, so there is no fold to look for
+  bool raster_a = false,
+       raster_b = false;  ///< rasters seen along z: one height a cell, so there is no fold to look for
 };
 [[nodiscard]] MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a,
                                            const HeightField& b, const Comparison& c);
