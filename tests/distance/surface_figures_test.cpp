@@ -61,7 +61,7 @@ TEST(SurfaceFigures, ErrorsAreAsLargeAsTold) {
     const double left = -0.2 - 0.8 * random.uniform(2 * i), right = 0.2 + 0.8 * random.uniform(2 * i + 1);
     const SurfaceFigures f = surface_figures(strip(left, right), tree, sampling, {});
     // Where the ridge cuts a corner that no sample met, the error is told as 0: seldom, and off by little.
-    if (f.mean_error == 0) {
+    if (!(f.mean_error > 1e-9 * f.mean)) {
       ++untold;
       EXPECT_NEAR(f.mean, mean_of(left, right), 5e-3 * f.mean);
       continue;
