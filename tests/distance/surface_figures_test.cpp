@@ -55,27 +55,25 @@ TEST(SurfaceFigures, ErrorsAreAsLargeAsTold) {
   SurfaceSampling sampling;
   sampling.error = 1;  // whatever it is: the first pass
   double mean_pulls = 0, rms_pulls = 0, bias = 0;
+  sampling.least = 4000;
   constexpr int strips = 400;
-  int untold = 0;
   for (std::uint64_t i = 0; i < strips; ++i) {
     const double left = -0.2 - 0.8 * random.uniform(2 * i), right = 0.2 + 0.8 * random.uniform(2 * i + 1);
     const SurfaceFigures f = surface_figures(strip(left, right), tree, sampling, {});
-    // Where the ridge cuts a corner that no sample met, the error is told as 0: seldom, and off by little.
-    if (!(f.mean_error > 1e-9 * f.mean)) {
-      ++untold;
-      EXPECT_NEAR(f.mean, mean_of(left, right), 5e-3 * f.mean);
+    // Parts lie along the ridge: where it cuts a sliver off them that no sample met, the error is told as 0.
+    if (f.mean_error < 1e-9 * f.mean) {
+      EXPECT_NEAR(f.mean, mean_of(left, right), 1e-3 * f.mean);
       continue;
     }
     const double pull = (f.mean - mean_of(left, right)) / f.mean_error;
-    mean_pulls += pull * pull / strips, bias += pull / strips;
+    mean_pulls += pull * pull / strips, bias += (f.mean / mean_of(left, right) - 1) / strips;
     rms_pulls += std::pow((f.rms - rms_of(left, right)) / f.rms_error, 2) / strips;
   }
-  EXPECT_LT(untold, strips / 20);
   EXPECT_GT(mean_pulls, 0.6);
   EXPECT_LT(mean_pulls, 2.5);  // two or three sets cross the ridge: few degrees of freedom
   EXPECT_GT(rms_pulls, 0.6);
   EXPECT_LT(rms_pulls, 2.5);
-  EXPECT_LT(std::fabs(bias), 0.25);
+  EXPECT_LT(std::fabs(bias), 5e-4);
 }
 
 // A box around a smaller one: over its faces 0.25, farther at edges and corners of the outer one.
@@ -113,7 +111,7 @@ TEST(SurfaceFigures, StopsWhereTheSurfacesAreTheSameOrTheSamplesUsedUp) {
   const SurfaceFigures same = surface_figures(other, tree, rounded, {});
   EXPECT_LT(same.mean, 1e-12);
   EXPECT_LT(same.mean_error, 1e-12);
-  EXPECT_LE(same.samples, 100U);
+  EXPECT_LE(same.samples, 40000U);
   SurfaceSampling few;
   few.error = 1e-9, few.most = 2000;
   const SurfaceFigures f = surface_figures(strip(-1, 0.2), tree, few, {});

@@ -234,6 +234,7 @@ class Page {
     if (o.measures.surface) {
       clock_.start("surface_figures");
       SurfaceSampling sampling;
+      if (o.samples != DistanceOptions{}.samples) sampling.least = 0;  // the user says how many
       sampling.per_face = o.samples, sampling.rounding = distance_rounding(a_.mesh, b_.mesh);
       d_.surface = {surface_figures(a_.mesh, *b_.tree, sampling, context_),
                     surface_figures(b_.mesh, *a_.tree, sampling, context_)};

@@ -126,7 +126,8 @@ SurfaceFigures surface_figures(const Mesh& mesh, const SurfaceTree& other, const
   const double area = area_of(mesh);
   if (!(area > 0)) return {};
   const auto most = static_cast<double>(sampling.most);
-  double samples = static_cast<double>(sampling.per_face) * static_cast<double>(mesh.faces.size());
+  double samples = std::max(static_cast<double>(sampling.per_face) * static_cast<double>(mesh.faces.size()),
+                            std::min(static_cast<double>(sampling.least), most));
   for (std::uint64_t pass = 1;; ++pass) {
     const SurfaceFigures f = measure_surface(mesh, other, area, samples, pass, context);
     const auto off = [&](double error, double value) {  // against what is asked for

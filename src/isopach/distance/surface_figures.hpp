@@ -21,6 +21,7 @@ struct SurfaceFigures {
 
 struct SurfaceSampling {
   std::size_t per_face = 10;     ///< at least so many samples a face, on average
+  std::size_t least = 20'000;    ///< at least so many in all: from few parts the error cannot be told
   double error = 1e-3;           ///< more are taken until the standard errors are this share of mean and rms
   double rounding = 0;           ///< … or this length
   std::size_t most = 4'000'000;  ///< … or there would be more than this
