@@ -58,6 +58,10 @@ void blank(const std::array<double, 6>& motion, double radius, std::array<double
 
 }  // namespace
 
+bool all_rigid_motions(const Freedom& f) {
+  return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
+}
+
 std::array<std::string, 3> axis_names(const Frame& frame) {
   std::array<std::string, 3> names{"u", "v", "w"};
   if (!frame.axis_aligned) return names;

@@ -11,6 +11,9 @@ namespace isopach {
 /// UsageError for options that are no numbers in their range or leave nothing to search.
 void check_options(const MatchOptions& options);
 
+/// Whether a scan may turn and shift as it likes; scale does not count.
+[[nodiscard]] bool all_rigid_motions(const Freedom& f);
+
 /// Names of the frame's axes: x, y, z of the input where it only permutes them, else u, v, w.
 [[nodiscard]] std::array<std::string, 3> axis_names(const Frame& frame);
 

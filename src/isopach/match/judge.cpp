@@ -4,12 +4,9 @@
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/match/checks.hpp"
 
 namespace isopach {
-
-bool all_rigid_motions(const Freedom& f) {
-  return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z;
-}
 
 const Judge::Scans& Judge::scans() {
   if (scans_) return *scans_;

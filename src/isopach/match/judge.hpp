@@ -36,7 +36,4 @@ class Judge {
   std::optional<Scans> scans_;
 };
 
-/// Whether all rigid motions are searched.
-[[nodiscard]] bool all_rigid_motions(const Freedom& f);
-
 }  // namespace isopach

@@ -8,11 +8,10 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/distance/vectors.hpp"
+#include "isopach/match/checks.hpp"
 
 namespace isopach {
 namespace {
-
-bool all_free(const Freedom& f) { return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z; }
 
 Grade grade_of(const PoseEvidence& e, bool freed) {
   const bool has_detail = std::min(e.detail[0], e.detail[1]) >= least_detail;
@@ -80,7 +79,7 @@ const char* to_text(Grade grade) {
 Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
               const std::array<double, 9>& axes) {
   Verdict v;
-  v.freed = all_free(freedom);
+  v.freed = all_rigid_motions(freedom);
   v.evidence = evidence_at(moving, fixed, pose, freedom, axes);
   v.grade = grade_of(v.evidence, v.freed);
   return v;
