@@ -1,7 +1,8 @@
-// detail: ρ_dV, the measure for scans of different detail (METHOD section 3). What the finer scan shows between the
-// points of the coarser one is averaged over each triangle of the coarser mesh before its size is taken, so that detail
-// which the coarser scan cannot hold cancels out and a bias does not. T1, T2 and their mutual locations are all it
-// needs, so with localise_by_interface it costs O(n) in the worst case (theorem 3 of the paper).
+// detail: ρ_dV, the measure for scans of different detail (docs/different-detail.md). What the finer scan shows between
+// the points of the coarser one is averaged over each triangle of the coarser mesh before its size is taken, so that
+// detail which the coarser scan cannot hold cancels out and a bias does not. T1, T2 and their mutual locations are all
+// it needs: O(n) once these are known. Whether the whole, locations included, can be had in O(n) in the worst case, as
+// the paper claims by its theorem 3, is open: docs/localisation.md shows that the theorem does not hold.
 #pragma once
 #include <optional>
 
@@ -31,7 +32,8 @@ struct DetailMeasure {
 /// `extrapolate` (domain `hull`) all heights that are given for nodes outside the finer mesh count as known. A `clip`
 /// (may be nothing) cuts the areas: a triangle counts with its part inside, δ stays that of the whole triangle. Nothing
 /// if no triangle counts. Exchanging a and b exchanges the sign of `mean` and leaves `rho`, to the last bit, unless
-/// both meshes have the same area per node. Same bits for any number of threads and any order of points. Cost O(n).
+/// both meshes have the same area per node. Same bits for any number of threads and any order of points. Cost O(n), the
+/// locations given.
 /// Oracle: tests/measure/detail_test.cpp.
 [[nodiscard]] std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
                                                           const Clip* clip, const Context& context);
