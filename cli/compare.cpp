@@ -130,12 +130,13 @@ void add_measure_options(Command& command, Request& request) {
                           {{"common", Surface::common}, {"overlay", Surface::overlay}, {"both", Surface::both}},
                           "Cells of the integral; common: the Delaunay triangulation of both scans together; overlay: "
                           "exact between the triangulations of each; both: common, with the overlay's beside it");
-  command.choice<MeasureKind>("--measure", options.measure,
-                              {{"V", MeasureKind::V}, {"dV", MeasureKind::dV}, {"currents", MeasureKind::currents}},
-                              "What is told first; V: the volume between the scans; dV: for scans of different detail, "
-                              "what the finer one shows "
-                              "averaged over each triangle of the coarser one; currents: places and directions of the "
-                              "triangles, alike within --sigma");
+  command.choice<MeasureKind>(
+      "--measure", options.measure,
+      {{"V", MeasureKind::V}, {"dV", MeasureKind::dV}, {"currents", MeasureKind::currents}},
+      "The measure that summary and report show first; V: the volume between the scans; dV: for scans of "
+      "different detail, the difference averaged over each triangle of the coarser scan before its size "
+      "is taken; currents: positions and directions of the triangles, compared by a kernel of width "
+      "--sigma");
   add_currents_options(command, options.currents);
   command.parsed(
       "--weight", "FORMULA|@ATTRIBUTE|FILE", options.weight,
