@@ -25,7 +25,7 @@ constexpr std::size_t fewest_points = 60;
 constexpr std::size_t block = 256;
 constexpr double widest_area = 0.95;  // percentile: a lone point is not a large surface
 constexpr double noise_widths = 3;
-constexpr double least_noise = 0.01;  // of the spacing
+constexpr double least_noise = 0.01;           // of the spacing
 constexpr std::size_t spacing_queries = 2500;  // points that tell the spacing in the viewing
 
 struct Keyed {

@@ -130,10 +130,11 @@ Image render_agreement(const Cloud& moving, const Matching& m, const Frame& fram
       "the moving scan in place; in front: where the fixed scan saw through; behind: where it cannot have seen; "
       "agrees: within three standard deviations of the noise of both",
       soft);
-  canvas.text(margin, below + 110 * s,
-              "these percentages count points of the moving scan; those above count area seen by either scan, and allow "
-              "for what a scan differs from itself",
-              soft);
+  canvas.text(
+      margin, below + 110 * s,
+      "these percentages count points of the moving scan; those above count area seen by either scan, and allow "
+      "for what a scan differs from itself",
+      soft);
   return canvas.image();
 }
 
