@@ -24,7 +24,7 @@ from scipy.stats import chi2, kstest
 
 from trust import pull_kinds
 
-KINDS = {**pull_kinds.POSES, **pull_kinds.PLANES, **pull_kinds.PARTS}
+KINDS = {**pull_kinds.POSES, **pull_kinds.PLANES, **pull_kinds.PARTS, **pull_kinds.SCALES}
 HEAD = ("| scans | simulations | within 1.96, all | least and most of one component | r.m.s. pull | worst | jointly within 95 % | "
         "chi square, mean / freedom | KS, p | nothing stated |\n|---|---|---|---|---|---|---|---|---|---|")
 
@@ -62,16 +62,38 @@ from its distribution as it is, by chance. *Nothing stated*: the run ended with 
 are null (not stated), or some motions were left as they were and have a deviation of 0 (motions held); these are not in the other columns.
 
 """
+SCALE = """## Scale
+
+`isopach match --freedom x,y,z,turn-x,turn-y,turn-z,scale --pose-only`: whether the scale is drawn to one side.
+
+| scans | simulations | refused | mean of scale - 1 | standard error | in standard errors |
+|---|---|---|---|---|---|
+{row}
+"""
 CHAPTERS = [
     ("Poses", pull_kinds.POSES, "`isopach match --pose-only` from a start within 1 degree and 2 % of the extent. Hills over a unit "
      "square, r.m.s. height 0.05, wavelengths 1 to 0.2; noise 0.004 along z; 3000 points a scan if nothing else is said. "
      "Components: turns about x, y, z through the centre, shifts along x, y, z."),
-    ("Symmetry planes", pull_kinds.PLANES, "`isopach asymmetry` of an analytic face, 150 by 190 mm, 6000 points, noise 0.15 mm, rolled "
+    ("Symmetry planes", pull_kinds.PLANES, "`isopach asymmetry --direction z` of an analytic face, 150 by 190 mm, 6000 points, noise 0.15 mm, rolled "
      "and turned by up to 8 degrees. Components: two of the direction, each taken as 1/√2 of the one standard deviation that is "
      "stated, and the offset at the stated point."),
     ("Combined parts", pull_kinds.PARTS, "`isopach combine`: an object of 64 by 40 mm, 2500 points on it, noise 0.05 mm. Components as "
      "of the poses, of the jaw in the face."),
 ]
+
+
+def scale_line(kind, program, count, jobs):
+    """Mean of scale less 1 and its standard error: samples of a surface must not make it larger or smaller."""
+    def one(seed):
+        with tempfile.TemporaryDirectory() as folder:
+            return kind.off(program, pathlib.Path(folder), seed)
+
+    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
+        all_runs = list(pool.map(one, range(count)))
+    off = np.array([o for o in all_runs if o is not None])
+    error = off.std(ddof=1) / np.sqrt(len(off))
+    return (f"| {kind.words} | {len(all_runs)} | {len(all_runs) - len(off)} | {off.mean():.2e} | {error:.2e} | "
+            f"{abs(off.mean()) / error:.1f} |")
 
 
 def main():
@@ -98,6 +120,12 @@ def main():
             if told.page:
                 told.page.write_text(text)
         text += "\n"
+    for key in set(pull_kinds.SCALES) & set(wanted):
+        row = scale_line(pull_kinds.SCALES[key], program, 2 * told.count, told.jobs)
+        print(row)
+        text += SCALE.format(row=row)
+        if told.page:
+            told.page.write_text(text)
 
 
 if __name__ == "__main__":

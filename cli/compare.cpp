@@ -306,7 +306,7 @@ int run_compare(const Arguments& arguments) {
       folder != nullptr && !request.delivery.no_cells && request.options.surface != Surface::common;
   Stopwatch watch;
   ReadOptions wanted = read_options(request.options.project);
-  wanted.faces = request.visible;
+  wanted.faces = request.visible || request.match;  // a nominal mesh is told by its faces
   const UncertaintyOptions& uncertainty = request.options.uncertainty;
   for (const SigmaSource* s : {&uncertainty.sigma1, &uncertainty.sigma2})
     if (s->kind == SigmaSource::Kind::attribute) wanted.attributes.push_back(s->name);

@@ -288,7 +288,6 @@ int run_match(const Arguments& arguments) {
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;  // files that have some may be nominal meshes
   if (compare.weight.kind == WeightSource::Kind::attribute) wanted.attributes.push_back(compare.weight.text);
-  wanted.faces = request.visible;
   Cloud moving = read_cloud(request.moving, wanted, run.context());
   Cloud fixed = read_cloud(request.fixed, wanted, run.context());
   if (request.visible) {

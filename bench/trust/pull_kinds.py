@@ -5,6 +5,7 @@ import json
 import subprocess
 
 import numpy as np
+from scipy import spatial
 
 from trust import geometry, objects, starts
 
@@ -147,7 +148,7 @@ class PlaneKind:
         away = geometry.turn((0, 0, 1), random.uniform(-8, 8)) @ geometry.turn((0, 1, 0), random.uniform(-8, 8))
         away[:3, 3] = random.uniform(-20, 20, 3)
         starts.write_ply(folder / "face.ply", geometry.moved(self.scan(random), away))
-        code, found = told(program, folder, "asymmetry", "face.ply", "--unit", "mm", "--threads", 1)
+        code, found = told(program, folder, "asymmetry", "face.ply", "--unit", "mm", "--direction", "z", "--threads", 1)
         if code != 0 or found is None:
             return Pull("refused" if code in (4, 5) else f"exit {code}")
         plane, normal = found["plane"], np.array(found["plane"]["normal"])
@@ -160,6 +161,40 @@ class PlaneKind:
         sigma = np.array([plane["sigma_angle_deg"] / np.sqrt(2)] * 2 + [plane["sigma_offset"]])
         error = np.array([*rotated, off])
         return Pull("", error, sigma, float(((error / sigma) ** 2).sum()), 3)
+
+
+# --- scale of samples of a nominal mesh -----------------------------------------------------------------------------------------------
+
+
+@dataclasses.dataclass
+class ScaleKind:
+    """`isopach match` with scale of samples of a mesh of 200 corners on hills, taken on its facets, without noise."""
+    words: str
+    corners: int = 200
+    count: int = 3000
+
+    def off(self, program, folder, seed):
+        """Scale less 1, or None where the pose was refused."""
+        random = np.random.default_rng([21, seed])
+        hills = objects.Noise(random, 2, 80, 30, 1.6, 60)
+        xy = np.vstack([random.uniform(0, 100, (self.corners, 2)), [(0, 0), (100, 0), (0, 100), (100, 100)]])
+        corners = np.c_[xy, 6 * hills(*xy.T)]
+        faces = spatial.Delaunay(xy).simplices
+        write_mesh(folder / "fixed.ply", corners, faces)
+        starts.write_ply(folder / "moving.ply", geometry.sample(corners, faces, self.count, random)[0])
+        code, found = told(program, folder, "match", "moving.ply", "fixed.ply", "--freedom", "x,y,z,turn-x,turn-y,turn-z,scale", "--pose-only",
+                           "--threads", 1)
+        return np.cbrt(np.linalg.det(np.array(found["pose"]["matrix"])[:3, :3])) - 1 if code == 0 else None
+
+
+def write_mesh(path, corners, faces):
+    head = f"ply\nformat ascii 1.0\nelement vertex {len(corners)}\n"
+    head += "".join(f"property double {axis}\n" for axis in "xyz")
+    head += f"element face {len(faces)}\nproperty list uchar int vertex_indices\nend_header\n"
+    with open(path, "w") as out:
+        out.write(head)
+        np.savetxt(out, corners, fmt="%.17g")
+        np.savetxt(out, np.c_[np.full(len(faces), 3), faces], fmt="%d")
 
 
 # --- parts of a model ------------------------------------------------------------------------------------------------------------------
@@ -249,6 +284,7 @@ PLANES = {
     "symmetry-cropped": PlaneKind("face, one side cropped at 45 mm", crop=45),
     "symmetry-swollen": PlaneKind("face, a cheek swollen by 4 mm", swelling=4),
 }
+SCALES = {"scale-nominal": ScaleKind("samples of a nominal mesh, 200 corners, no noise")}
 PARTS = {
     "parts-equal": PartsKind("equal scans"),
     "parts-dense": PartsKind("reference 13 times denser", (1500, 1500, 20000)),

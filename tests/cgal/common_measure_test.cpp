@@ -109,7 +109,8 @@ Parts measure_with_cgal(const Cloud& a, const Cloud& b) {
   return total;
 }
 
-// What CGAL triangulates is measured over convex hulls, folds and all: heights that are noise look folded here and there.
+// What CGAL triangulates is measured over convex hulls, folds and all: heights that are noise look folded here and
+// there.
 CompareOptions over_hulls() {
   CompareOptions options;
   options.border = BorderRule::hull;

@@ -2,6 +2,7 @@
 
 import json
 import math
+import random
 import unittest
 
 from support import CliTest, points, without_timing
@@ -23,6 +24,40 @@ class MatchCli(CliTest):
 
     def match(self, *words, code=0):
         return json.loads(self.run_cli("match", "moving.xyz", "fixed.xyz", "--json", "-", *words, code=code).stdout)
+
+
+class Nominal(CliTest):
+    """Points taken on the facets of a coarse mesh, without noise: only if the facets of the file are the surface is the
+    scale found to be 1."""
+
+    def mesh(self):
+        n, side = 13, 2.0
+        numbers = random.Random(5)
+        places = [(side * (i + 0.3 * j), side * j) for i in range(n) for j in range(n)]  # leaning: one diagonal is Delaunay's
+        corners = [(x, y, waves(x, y)) for x, y in places]
+        faces, samples = [], []
+        for i in range(n - 1):
+            for j in range(n - 1):
+                a, b, c, d = n * i + j, n * (i + 1) + j, n * (i + 1) + j + 1, n * i + j + 1
+                for triangle in ((a, b, d), (b, c, d)):
+                    faces.append("3 %d %d %d" % triangle)
+                    for _ in range(12):
+                        u, v = sorted((numbers.random(), numbers.random()))
+                        shares = (u, v - u, 1 - v)
+                        samples.append(tuple(sum(w * corners[k][axis] for w, k in zip(shares, triangle)) for axis in range(3)))
+        head = ["ply", "format ascii 1.0", f"element vertex {len(corners)}", "property double x", "property double y",
+                "property double z", f"element face {len(faces)}", "property list uchar int vertex_indices", "end_header"]
+        self.write("mesh.ply", head + ["%r %r %r" % p for p in corners] + faces)
+        self.write("points.xyz", samples)
+
+    def test_its_facets_are_the_surface(self):
+        self.mesh()
+        free = ("--freedom", "x,y,z,turn-x,turn-y,turn-z,scale")
+        found = self.result("match", "points.xyz", "mesh.ply", "--pose-only", *free)
+        self.assertEqual(found["nominal"], {"moving": False, "fixed": True})
+        matrix = found["pose"]["matrix"]
+        self.assertAlmostEqual(math.hypot(*(row[0] for row in matrix[:3])), 1, delta=1e-6)
+        self.assertIn("nominal mesh", self.run_cli("match", "points.xyz", "mesh.ply", "--pose-only").stdout)
 
 
 class Output(MatchCli):

@@ -101,6 +101,39 @@ TEST(Nominal, WithoutFacesNothingIsNominal) {
   EXPECT_FALSE(match(nominal.sampled(6000, 0, 2), points, with_scale(), {}).nominal_fixed);
 }
 
+TEST(Nominal, PointsOnFaces) {
+  const Nominal nominal(60, 1);
+  Cloud mesh = nominal.cloud;
+  const Cloud points = points_on_faces(mesh, 2000, 7);
+  EXPECT_NEAR(static_cast<double>(points.points.size()), 2000, 30);
+  // On the facets, and as many in each half as it has area.
+  double left = 0;
+  for (const Point3& p : points.points) {
+    left += p.x < side / 2 ? 1 : 0;
+    double least = 1e9;
+    for (const auto& face : mesh.faces) {
+      const Point3 &a = mesh.points[face[0]], &b = mesh.points[face[1]], &c = mesh.points[face[2]];
+      const double det = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
+      const double v = ((p.x - a.x) * (c.y - a.y) - (p.y - a.y) * (c.x - a.x)) / det;
+      const double w = ((b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x)) / det;
+      if (v < -1e-9 || w < -1e-9 || v + w > 1 + 1e-9) continue;
+      least = std::min(least, std::fabs(a.z + v * (b.z - a.z) + w * (c.z - a.z) - p.z));
+    }
+    ASSERT_LT(least, 1e-9);
+  }
+  EXPECT_NEAR(left / static_cast<double>(points.points.size()), 0.5, 0.08);
+  std::reverse(mesh.faces.begin(), mesh.faces.end());
+  for (auto& face : mesh.faces) std::swap(face[0], face[2]);
+  const auto sorted = [](Cloud cloud) {
+    std::sort(cloud.points.begin(), cloud.points.end(),
+              [](const Point3& a, const Point3& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; });
+    return cloud.points;
+  };
+  EXPECT_EQ(sorted(points_on_faces(mesh, 2000, 7)), sorted(points));
+  mesh.faces = {{0, 0, 1}};
+  EXPECT_TRUE(points_on_faces(mesh, 2000, 7).points.empty());
+}
+
 // Scale of noise-free samples on the mesh they were taken from: the mean of many runs within one standard error of 1.
 TEST(Nominal, ScaleIsUnbiased) {
   constexpr int runs = 30;

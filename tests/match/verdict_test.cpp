@@ -377,6 +377,40 @@ TEST(Verdict, ChangeOverASmallPartIsTrustedOverMostOfItDoubted) {
   EXPECT_NE(sentence(v, "m").find("really changed"), std::string::npos);
 }
 
+TEST(Verdict, WhatASurfaceHoldsLooselyNeedsMoreAgreement) {
+  PoseEvidence e;
+  e.slip = 2, e.agree = 0.9;
+  EXPECT_DOUBLE_EQ(agreement_needed(e), 0.70);
+  e.slip = 0.5;
+  EXPECT_DOUBLE_EQ(agreement_needed(e), 0.85);
+  e.slip = 0.01;
+  EXPECT_DOUBLE_EQ(agreement_needed(e), 0.95);
+  // Two samples of gentle ground by 800 points, noise of a tenth of its height: a quarter of it raised is change, or a
+  // wrong pose, and nothing tells which.
+  const auto gentle = [](std::uint64_t seed, double raised) {
+    Cloud cloud = hills(800, seed, 0.01);
+    for (Point3& p : cloud.points) p.z += p.x < raised ? 0.08 : 0;
+    return cloud;
+  };
+  const JudgedScan fixed = scan_of(gentle(1, 0));
+  const Verdict same = judge(scan_of(gentle(2, 0)), fixed, Pose{});
+  EXPECT_LT(same.evidence.slip, 0.8) << sentence(same, "m");
+  EXPECT_EQ(same.grade, Grade::trusted) << sentence(same, "m");
+  const Verdict raised = judge(scan_of(gentle(2, 0.22)), fixed, Pose{});
+  EXPECT_GT(raised.evidence.agree, least_agreement) << sentence(raised, "m");
+  EXPECT_EQ(raised.grade, Grade::doubted) << sentence(raised, "m");
+}
+
+TEST(Verdict, ShapeMayBeLessWhereAllAgreesInPlace) {
+  PoseEvidence e;
+  e.agree = 1.02;
+  EXPECT_DOUBLE_EQ(shape_needed(e), 0.50);
+  e.agree = 0.8;
+  EXPECT_DOUBLE_EQ(shape_needed(e), 0.60);
+  e.agree = 0.6;
+  EXPECT_DOUBLE_EQ(shape_needed(e), 0.70);
+}
+
 TEST(Viewing, DirectionOfAReliefPlaceOfWhatIsAllRound) {
   const JudgedScan relief = scan_of(hills(3000, 1, 0.002));
   EXPECT_EQ(relief.viewing.kind, Viewing::Kind::direction);

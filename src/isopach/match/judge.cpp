@@ -5,8 +5,22 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/checks.hpp"
+#include "isopach/match/nominal.hpp"
 
 namespace isopach {
+
+void Judge::take_as_nominal(bool moving, bool fixed) {
+  if (moving == nominal_moving_ && fixed == nominal_fixed_) return;
+  nominal_moving_ = moving, nominal_fixed_ = fixed;
+  scans_.reset();
+}
+
+JudgedScan Judge::judged(const Cloud& cloud, const ProjectOptions& project, bool nominal) const {
+  if (!nominal) return judged_scan(cloud, project, context_);
+  ProjectOptions all = project;
+  all.classes.clear();  // of points, which these are not
+  return judged_scan(points_on_faces(cloud, judged_points, context_.seed), all, context_);
+}
 
 const Judge::Scans& Judge::scans() {
   if (scans_) return *scans_;
@@ -14,8 +28,8 @@ const Judge::Scans& Judge::scans() {
   const ProjectOptions& project = options_.compare.project;
   ProjectOptions uncropped = project;  // a crop is of input coordinates: what of MOVING lies in it hangs on the pose
   uncropped.crop.reset();
-  both([&] { scans_->fixed = judged_scan(fixed_, project, context_); },
-       [&] { scans_->moving = judged_scan(moving_, uncropped, context_); });
+  both([&] { scans_->fixed = judged(fixed_, project, nominal_fixed_); },
+       [&] { scans_->moving = judged(moving_, uncropped, nominal_moving_); });
   if (!all_rigid_motions(options_.freedom))
     scans_->axes = choose_frame(fixed_, moving_, options_.start, uncropped, context_).rotation;
   return *scans_;

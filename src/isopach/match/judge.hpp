@@ -12,6 +12,9 @@ class Judge {
   Judge(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context)
       : moving_(moving), fixed_(fixed), options_(options), context_(context) {}
 
+  /// From now on these are nominal meshes, judged by points on their faces: their corners alone show too little.
+  void take_as_nominal(bool moving, bool fixed);
+
   /// Verdict on a pose, by the motions that are free.
   [[nodiscard]] Verdict operator()(const Pose& pose);
 
@@ -28,11 +31,13 @@ class Judge {
     std::array<double, 9> axes{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< that the freedom speaks of
   };
   const Scans& scans();
+  [[nodiscard]] JudgedScan judged(const Cloud& cloud, const ProjectOptions& project, bool nominal) const;
 
   const Cloud& moving_;
   const Cloud& fixed_;
   const MatchOptions& options_;
   const Context& context_;
+  bool nominal_moving_ = false, nominal_fixed_ = false;
   std::optional<Scans> scans_;
 };
 

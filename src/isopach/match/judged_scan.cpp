@@ -25,8 +25,8 @@ constexpr std::size_t fewest_points = 60;
 constexpr std::size_t block = 256;
 constexpr double widest_area = 0.95;  // percentile: a lone point is not a large surface
 constexpr double noise_widths = 3;
-constexpr double least_noise = 0.01;  // of the spacing
-constexpr double place_step = 4;      // every so many points tell the spacing in the viewing
+constexpr double least_noise = 0.01;           // of the spacing
+constexpr std::size_t spacing_queries = 2500;  // points that tell the spacing in the viewing
 
 struct Keyed {
   std::uint64_t key;
@@ -164,7 +164,7 @@ class Builder {
     s_.places_tree = std::make_unique<PointTree>(s_.places);
     Array<double> sixths;
     std::vector<Index> found;
-    const auto step = static_cast<std::size_t>(n() > 4 * judged_queries ? place_step : 1);
+    const std::size_t step = std::max<std::size_t>(1, n() / spacing_queries);
     for (std::size_t i = 0; i < n(); i += step) {
       s_.places_tree->nearest(s_.places[i], sixth + 1, found);
       sixths.push_back(length(s_.places[found.back()] - s_.places[i]));

@@ -175,6 +175,7 @@ class Run {
   void pronounce(Matching& m, bool coarse) {
     if (!options_.check_pose) return;
     clock_.start("verdict");
+    judge_.take_as_nominal(m.nominal_moving, m.nominal_fixed);
     m.verdict = judge_(m.pose);
     if (coarse) m.verdict->stage = Verdict::Stage::coarse;
   }

@@ -7,7 +7,10 @@
 
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/random.hpp"
 #include "isopach/base/sum.hpp"
+#include "isopach/distance/vectors.hpp"
+#include "isopach/match/judged_scan.hpp"
 #include "isopach/overlay/localise.hpp"
 
 namespace isopach {
@@ -104,6 +107,36 @@ RiseShown rise_shown(const MatchSurface& nodes, const MatchSurface& target, cons
 bool is_nominal(const RiseShown& shown) { return shown.patches > 0 && shown.share + sure * shown.error < halfway; }
 
 bool may_be_nominal(const Cloud& cloud) { return !cloud.faces.empty() || cloud.format == "stl"; }
+
+Cloud points_on_faces(const Cloud& mesh, std::size_t count, std::uint64_t seed) {
+  const auto area = [&](const std::array<Index, 3>& face) {
+    const Point3 &a = mesh.points[face[0]], &b = mesh.points[face[1]], &c = mesh.points[face[2]];
+    const double size = length(cross(b - a, c - a)) / 2;
+    return std::isfinite(size) ? size : 0;
+  };
+  Sum total;
+  for (const auto& face : mesh.faces) total.add(area(face));
+  Cloud points;
+  points.path = mesh.path;
+  if (!(total.value() > 0)) return points;
+  const double density = static_cast<double>(count) / total.value();
+  for (const auto& face : mesh.faces) {
+    std::array<Point3, 3> p{mesh.points[face[0]], mesh.points[face[1]], mesh.points[face[2]]};
+    std::sort(p.begin(), p.end(), [](const Point3& a, const Point3& b) {
+      return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+    });
+    std::uint64_t key = seed;
+    for (const Point3& corner : p) key = point_key(corner, key);
+    const RandomStream random(key, 0);
+    const auto own = static_cast<std::uint64_t>(area(face) * density + random.uniform(0));
+    for (std::uint64_t i = 0; i < own; ++i) {
+      double u = random.uniform(2 * i + 1), v = random.uniform(2 * i + 2);
+      if (u + v > 1) u = 1 - u, v = 1 - v;
+      points.points.push_back(p[0] + u * (p[1] - p[0]) + v * (p[2] - p[0]));
+    }
+  }
+  return points;
+}
 
 void take_as_nominal(MatchSurface& s, bool with_nodes) {
   for_each_index(s.facets.size(), [&](std::size_t i) { s.facets[i].rise = 0; });

@@ -280,7 +280,7 @@ Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, c
     for (std::size_t i = begin; i < end; ++i) {
       if (!is_finite(moving.points[i])) continue;
       const Seen s = seen(placing.apply(moving.points[i]), fixed, found);
-      if (!s.in_view) continue;
+      if (!s.in_view || std::fabs(dot(fixed.normals[s.partner], s.to_eye)) <= facing) continue;
       const double limit = widths * noise;
       result[i] = s.distance > limit    ? PointVerdict::in_front
                   : s.distance < -limit ? PointVerdict::behind

@@ -51,7 +51,8 @@ struct PoseEvidence {
                                        const Freedom& freedom, const std::array<double, 9>& axes);
 
 /// Of every point of a cloud, what it is to `fixed` at the pose; `noise` is that of both scans together. Points that
-/// are not finite are not in view. Cost O(n log judged_points), in parallel.
+/// are not finite, and points where `fixed` is seen edge-on (within 12 degrees), are not in view. Cost O(n log
+/// judged_points), in parallel.
 [[nodiscard]] Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose,
                                                double noise, const Context& context);
 

@@ -13,12 +13,15 @@
 namespace isopach {
 namespace {
 
+constexpr double loose_agreement = 0.95, agreement_by_slip = 0.3;
+constexpr double least_shape = 0.50, enough_shape = 0.70, agreement_and_shape = 1.40;
+
 Grade grade_of(const PoseEvidence& e, bool freed) {
   const bool has_detail = std::min(e.detail[0], e.detail[1]) >= least_detail;
   if (e.points_in_view == 0) return Grade::doubted;
   if (freed && !has_detail) return Grade::undetermined;
-  const double least = has_detail ? e.least() : e.agree;
-  if (!(least >= least_agreement)) return Grade::doubted;
+  if (!(e.agree >= agreement_needed(e))) return Grade::doubted;
+  if (has_detail && !(e.shape >= shape_needed(e))) return Grade::doubted;
   return e.slip >= e.slip_needed ? Grade::trusted : Grade::undetermined;
 }
 
@@ -29,7 +32,7 @@ std::string numbers(const PoseEvidence& e) {
   return fmt::format(
       "of what both scans see, {} agrees within their noise (needs {:.0f} %; {} lies in front, {} behind), and their "
       "shapes agree by {:.2f} (needs {:.2f}); in view {} of the moving scan, {} of the fixed one",
-      percent(e.agree), 100 * least_agreement, percent(e.in_front), percent(e.behind), e.shape, least_agreement,
+      percent(e.agree), 100 * agreement_needed(e), percent(e.in_front), percent(e.behind), e.shape, shape_needed(e),
       percent(e.in_view[0]), percent(e.in_view[1]));
 }
 
@@ -61,6 +64,14 @@ std::string doubted(const Verdict& v) {
 }
 
 }  // namespace
+
+double agreement_needed(const PoseEvidence& e) {
+  return std::min(loose_agreement, least_agreement + agreement_by_slip * std::max(0.0, 1 - e.slip));
+}
+
+double shape_needed(const PoseEvidence& e) {
+  return std::clamp(agreement_and_shape - e.agree, least_shape, enough_shape);
+}
 
 const char* to_text(Grade grade) {
   switch (grade) {

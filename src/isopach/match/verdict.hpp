@@ -16,8 +16,14 @@ enum class Grade {
 
 [[nodiscard]] const char* to_text(Grade grade);
 
-/// Least E and D of a trusted pose, and least detail q of a surface that determines one.
+/// Least E of a trusted pose on a surface that holds it well, and least detail q of a surface that determines one.
 inline constexpr double least_agreement = 0.70, least_detail = 0.5;
+/// Least E where the scan slips by 1 % of its extent for `slip` noises. Below 1 an error of that size hides within the
+/// noise, so that what disagrees must not be left to change: it rises to 0.95.
+[[nodiscard]] double agreement_needed(const PoseEvidence& e);
+/// Least D: 0.70, down to 0.50 where E makes up for it. Shape is worth less where the scans differ in density or saw
+/// edges from different sides, although they agree in place.
+[[nodiscard]] double shape_needed(const PoseEvidence& e);
 /// Less in view than this is nothing.
 inline constexpr double least_view = 0.02;
 /// Another pose: farther off than this many degrees, or this share of the extent; as good: z within rival_margin.

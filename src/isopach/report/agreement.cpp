@@ -81,7 +81,7 @@ void draw_key(Canvas& canvas, const Array<PointVerdict>& labels, double x, doubl
   const Canvas::Font soft{16 * s, false, ink};
   const std::array<double, kinds> part = shares(labels);
   for (const std::size_t k : {1u, 2u, 3u, 0u}) {
-    const std::string words = fmt::format("{} ({:.0f} % of the points)", names[k], 100 * part[k]);
+    const std::string words = fmt::format("{}: {:.0f} % of the points", names[k], 100 * part[k]);
     canvas.box(x, y - 13 * s, 26 * s, 15 * s, colours[k]);
     canvas.frame(x, y - 13 * s, 26 * s, 15 * s, s, rule);
     canvas.text(x + 34 * s, y, words, soft);
@@ -115,7 +115,7 @@ Image render_agreement(const Cloud& moving, const Matching& m, const Frame& fram
       m.verdict ? wrapped(ruler, sentence(*m.verdict, unit_text(m.unit)), strong, width - 2 * margin)
                 : std::vector<std::string>{};
   const double top = (80 + 30 * static_cast<double>(lines.size())) * s;
-  Canvas canvas(width, static_cast<int>(std::lround(top + panel.rows + 110 * s)), paper);
+  Canvas canvas(width, static_cast<int>(std::lround(top + panel.rows + 136 * s)), paper);
   canvas.text(margin, 56 * s,
               canvas.fitted(input_name(m.moving) + " on " + input_name(m.fixed), title, width - 2 * margin), title);
   for (std::size_t k = 0; k < lines.size(); ++k)
@@ -124,10 +124,16 @@ Image render_agreement(const Cloud& moving, const Matching& m, const Frame& fram
   canvas.picture(left, at, paint(places, m.agreement, panel));
   canvas.frame(left - 0.5 * s, at - 0.5 * s, panel.columns + s, panel.rows + s, 1.5 * s, rule);
   draw_key(canvas, m.agreement, margin, top + panel.rows + 44 * s, s);
+  const double below = top + panel.rows;
   canvas.text(
-      margin, top + panel.rows + 84 * s,
+      margin, below + 84 * s,
       "the moving scan in place; in front: where the fixed scan saw through; behind: where it cannot have seen; "
       "agrees: within three standard deviations of the noise of both",
+      soft);
+  canvas.text(
+      margin, below + 110 * s,
+      "these percentages count points of the moving scan; those above count area seen by either scan, and allow "
+      "for what a scan differs from itself",
       soft);
   return canvas.image();
 }
