@@ -2,7 +2,7 @@
 """How often `isopach match` is wrong with exit 0: pairs of scans with known poses, many starts of each; writes a page.
 
     python3 -B bench/trust_study.py --isopach build/release/bin/isopach [--old PROGRAM] [--data DIR] [--jobs N]
-        [--quick] [--only WORDS] [--page FILE] [--case PAIR:START --out DIR]
+        [--starts N] [--only WORDS] [--page FILE] [--case PAIR:START --out DIR]
 
 Makes a virtual environment with numpy and scipy in build/trust, keeps the scans in build/trust/scans and every run in
 build/trust/runs.jsonl: a study that was interrupted goes on where it was. Results of another build of the program are
@@ -31,7 +31,7 @@ def arguments():
     parser.add_argument("--old", help="an earlier program, from the same starts")
     parser.add_argument("--data", default=environment.ROOT.parent / "shared" / "data", type=pathlib.Path)
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time")
-    parser.add_argument("--quick", action="store_true", help="a sixth of the starts")
+    parser.add_argument("--starts", type=int, default=starts.STARTS, metavar="N", help="of each pair, the first N of %(default)s")
     parser.add_argument("--only", help="pairs whose name or group contains this")
     parser.add_argument("--page", type=pathlib.Path, default=environment.ROOT / "docs" / "trust-study.md")
     parser.add_argument("--no-run", action="store_true", help="only the page of what was run")
@@ -77,7 +77,7 @@ def main():
         source = pairs.Source(programs[0], told.data, pathlib.Path(folder))
         if told.case:
             return write_case(told, source, cache)
-        count = -(-starts.STARTS // 6) - 1 if told.quick else starts.STARTS
+        count = told.starts
         if not told.no_run:
             runs.study(programs, chosen_pairs(told), source, cache, results, count, told.jobs,
                        lambda text: print(text, flush=True))

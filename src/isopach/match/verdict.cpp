@@ -27,13 +27,15 @@ Grade grade_of(const PoseEvidence& e, bool freed) {
 
 std::string percent(double share) { return fmt::format("{:.0f} %", 100 * std::clamp(share, 0.0, 1.0)); }
 
-/// "97 % agrees within noise (1 % in front, 2 % behind), shape 0.98".
+/// "97 % agrees within noise (1 % in front, 2 % behind), shape 0.98". E allows for what a scan differs from itself, so
+/// what lies in front and behind is told as shares of what is left to 100 %.
 std::string numbers(const PoseEvidence& e) {
+  const double off = e.in_front + e.behind, rest = std::max(0.0, 1 - e.agree), part = off > 0 ? rest / off : 0;
   return fmt::format(
       "of what both scans see, {} agrees within their noise (needs {:.0f} %; {} lies in front, {} behind), and their "
       "shapes agree by {:.2f} (needs {:.2f}); in view {} of the moving scan, {} of the fixed one",
-      percent(e.agree), 100 * agreement_needed(e), percent(e.in_front), percent(e.behind), e.shape, shape_needed(e),
-      percent(e.in_view[0]), percent(e.in_view[1]));
+      percent(e.agree), 100 * agreement_needed(e), percent(part * e.in_front), percent(part * e.behind), e.shape,
+      shape_needed(e), percent(e.in_view[0]), percent(e.in_view[1]));
 }
 
 std::string undetermined(const Verdict& v) {

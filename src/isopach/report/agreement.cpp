@@ -33,7 +33,7 @@ Image paint(const Array<Point3>& places, const Array<PointVerdict>& labels, cons
   image.rgb.assign(3 * width * height, 255);
   std::vector<float> depth(width * height, -std::numeric_limits<float>::infinity());
   const double area = static_cast<double>(width * height) / std::max<double>(1, static_cast<double>(places.size()));
-  const long half = std::clamp(std::lround(0.6 * std::sqrt(area)), 0L, 12L);
+  const long half = std::clamp(std::lround(0.8 * std::sqrt(area)), 0L, 12L);
   for (std::size_t i = 0; i < places.size(); ++i) {
     const Point3& p = places[i];
     if (!is_finite(p)) continue;
