@@ -83,7 +83,7 @@ TEST(CombineReport, PicturesOfAFaceStandUpright) {
   ASSERT_TRUE(pose.found());
   EXPECT_LT(pose.front.x, -0.95);
   const std::string page = combine_html(c, combine_json(c, {}));
-  for (const char* word : {"from the front, R on the left", "the front on the right", "patient's left"})
+  for (const char* word : {"from the front, R on the left", "the front on the right", "patient&#39;s left"})
     EXPECT_NE(page.find(word), std::string::npos) << word;
   EXPECT_EQ(page.find("along z of the face scan"), std::string::npos);
 }

@@ -301,7 +301,8 @@ class Page : public HtmlPage {
     row("ρ, mean |d|", plain("measure.rho"), unit_, "between face and mirror image");
     row("ρ, noise floor", plain("measure.rho_floor"), unit_,
         "what a symmetric face with these points and this noise would show");
-    row("ρ, debiased", plain("measure.rho_debiased"), unit_, "without what points and noise add");
+    row("ρ, debiased", datum("measure.rho_debiased", difference_number(a_, value("measure.rho_debiased"), fine)), unit_,
+        "without what points and noise add");
     row("RMS", plain("difference.rms"), unit_, "root of the mean of d²");
     for (const int level : percentile_levels)
       row("|d| at " + std::to_string(level) + "\u00a0%", plain("difference.abs_percentiles." + std::to_string(level)),
