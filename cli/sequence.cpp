@@ -24,7 +24,8 @@ constexpr const char* description =
 
 constexpr const char* footer =
     "Frames are read one at a time; one that cannot be used is reported and skipped.\n"
-    "Exit codes: 0 done, 2 wrong usage, 3 the reference cannot be read, or nothing moves, 130 interrupted.\n"
+    "Exit codes: 0 done, 2 wrong usage, 3 the reference cannot be read, or nothing moves, 5 the frames are\n"
+    "not of the object that the reference shows, 130 interrupted.\n"
     "\n"
     "Examples:\n"
     "  isopach sequence scans/ -o result                    every scan of a folder, in the order of their numbers\n"

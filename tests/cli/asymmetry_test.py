@@ -40,7 +40,7 @@ class AsymmetryCli(CliTest):
 class Output(AsymmetryCli):
     def test_text(self):
         run = self.run_cli("asymmetry", "face.xyz", "--unit", "mm", "--direction", "z")
-        for word in ["face.xyz: asymmetry index", "+x side stands out", "plane", "upper third", "mm"]:
+        for word in ["face.xyz: asymmetry index", "side on the right of the picture stands out", "plane", "upper third", "mm"]:
             self.assertIn(word, run.stdout)
         self.assertEqual({p.name for p in self.folder.iterdir()}, {"face.xyz"})
 

@@ -67,5 +67,32 @@ TEST(AsymmetryReport, TextMapAndPageSayTheSame) {
   std::filesystem::remove_all(folder);
 }
 
+/// Sides were named by axes of the file ("+x side"), and the index had digits far below its floor ("0.000132 %").
+TEST(AsymmetryReport, WithoutAFaceSidesAreThoseOfThePicture) {
+  test::FaceScan scan;
+  scan.points = 3000;
+  AsymmetryOptions options;
+  options.orientation = FaceOrientation::given;
+  Asymmetry a = asymmetry(test::mean_face_scan(scan), options, {});
+  a.pose = FacePose{};  // as where no face is found
+  a.index.percent = 0.000132, a.index.floor = 0.15;
+  a.comparison.noise_floor->rho = 0.25, a.comparison.noise_floor->debiased_rho = 0.0002;
+  a.regions.front().directional = -1.23456;
+  const std::string text = asymmetry_text(a), json = asymmetry_json(a, {});
+  const auto path = (std::filesystem::temp_directory_path() / "isopach-asymmetry-unknown.html").string();
+  write_asymmetry_html(path, a, "", json, {}, {});
+  std::stringstream html;
+  html << std::ifstream(path).rdbuf();
+  std::filesystem::remove(path);
+  for (const std::string& told : {text, html.str().substr(0, html.str().find("Everything, exactly"))}) {
+    for (const char* word : {"the side on the left of the picture stands out by 1.23", "less than 0.01",
+                             "Which side is the patient", "those of the picture"})
+      EXPECT_NE(told.find(word), std::string::npos) << word << "\n" << told;
+    for (const char* word : {"+x side", "-x side", " 0.000132", ">0.000132", " 0.0002", ">0.0002"})
+      EXPECT_EQ(told.find(word), std::string::npos) << word << "\n" << told;
+  }
+  EXPECT_NE(json.find("0.000132"), std::string::npos) << "result.json has all digits";
+}
+
 }  // namespace
 }  // namespace isopach

@@ -6,8 +6,10 @@
 #include <filesystem>
 #include <fstream>
 
+#include "isopach/apps/face_pose.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/simulate/face_and_jaw.hpp"
+#include "tests/apps/mean_faces.hpp"
 #include "tests/support/json_schema.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -29,6 +31,13 @@ const Combination& sample() {
     return made;
   }();
   return c;
+}
+
+Cloud part_of(const Combination& c, CombinedPart part) {
+  Cloud cloud;
+  for (std::size_t i = 0; i < c.points.size(); ++i)
+    if (c.part[i] == part) cloud.points.push_back(c.points[i]);
+  return cloud;
 }
 
 TEST(CombineReport, JsonIsThatOfTheSchemaAndHoldsTheNumbers) {
@@ -56,6 +65,27 @@ TEST(CombineReport, TextAndPage) {
   for (const char* word : {"mind &lt;the&gt; gap", "From jaw to face", "<svg", "data-key=\"uncertainty.sigma_middle\""})
     EXPECT_NE(page.find(word), std::string::npos) << word;
   for (const char* word : {"http://", "https://", "<script>"}) EXPECT_EQ(page.find(word), std::string::npos) << word;
+}
+
+/// A face that lies on its side, looking along -x: its pictures are upright, and the first is seen from the front.
+TEST(CombineReport, PicturesOfAFaceStandUpright) {
+  Combination c = sample();
+  EXPECT_EQ(combine_html(c, combine_json(c, {})).find("R on the left") != std::string::npos,
+            find_face(part_of(c, CombinedPart::face), {}, {}).found());
+  test::FaceScan scan;
+  scan.points = 3000;
+  const Cloud upright = test::mean_face_scan(scan);
+  c.points.clear();
+  for (const Point3& p : upright.points) c.points.push_back({-p.z, -p.x, p.y});
+  c.part.assign(c.points.size(), CombinedPart::face);
+  c.counts = {c.points.size(), 0, 0, 0};
+  const FacePose pose = find_face(part_of(c, CombinedPart::face), {}, {});
+  ASSERT_TRUE(pose.found());
+  EXPECT_LT(pose.front.x, -0.95);
+  const std::string page = combine_html(c, combine_json(c, {}));
+  for (const char* word : {"from the front, R on the left", "the front on the right", "patient&#39;s left"})
+    EXPECT_NE(page.find(word), std::string::npos) << word;
+  EXPECT_EQ(page.find("along z of the face scan"), std::string::npos);
 }
 
 TEST(CombineReport, ModelWithParts) {

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "isopach/apps/part_finder.hpp"
+#include "isopach/apps/static_check.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -48,13 +49,8 @@ class Sequence {
     result_.options = options_;
     clock_.start("reference");
     read_reference();
-    clock_.start("parts");
-    find_parts();
-    clock_.start("motions");
-    for (std::size_t k = 0; k < source_.count; ++k) {
-      context_.step("motions", static_cast<double>(k) / static_cast<double>(source_.count));
-      follow_frame(k);
-    }
+    strange_.assign(source_.count, "");
+    while (!read_twice()) ++rounds_;
     clock_.start("joint");
     describe_joint();
     describe_frames();
@@ -77,6 +73,41 @@ class Sequence {
     flatten(all_);
     model_ = thinned(all_, options_.model_points);
     model_.tree = std::make_unique<PointTree>(model_.points);
+  }
+
+  /// Both readings. False where a frame turned out to show something else: it had a say in the parts, which are to be
+  /// found again without it.
+  [[nodiscard]] bool read_twice() {
+    clock_.start("parts" + again());
+    find_parts();
+    clock_.start("motions" + again());
+    result_.frames.clear();
+    still_ = relative_ = Motion{}, before_.reset();
+    StaticCheck check(part_that_stays(), source_.count, context_);
+    const std::vector<std::string> strange_before = strange_;
+    for (std::size_t k = 0; k < source_.count; ++k) {
+      context_.step("motions" + again(), static_cast<double>(k) / static_cast<double>(source_.count));
+      follow_frame(k, check);
+    }
+    if (strange_ != strange_before) return false;
+    if (const std::string why = check.strangers(); !why.empty())
+      throw Error(
+          ExitCode::not_converged,
+          fmt::format("{}: frame {} is of another object than the other frames, or the surface changed: {}; give "
+                      "another --reference, or leave out the frames that do not belong to it",
+                      source_.name(options_.reference), options_.reference, why));
+    return true;
+  }
+
+  /// Of the stages: which round they are of.
+  [[nodiscard]] std::string again() const { return rounds_ > 0 ? fmt::format(", round {}", rounds_ + 1) : ""; }
+
+  /// Points of the reference, as they lie in its file but for their noise.
+  [[nodiscard]] Cloud part_that_stays() const {
+    Cloud part;
+    for (std::size_t i = 0; i < result_.points.size(); ++i)
+      if (result_.label[i] == PartLabel::still) part.points.push_back(result_.points[i]);
+    return part;
   }
 
   /// Reads frame k and makes a tree and normals; nothing, with the reason, where that cannot be done.
@@ -105,17 +136,19 @@ class Sequence {
 
   void find_parts() {
     PartFinder finder(model_, options_.least_part);
-    skipped_.assign(source_.count, "");
+    skipped_ = strange_;
     for (std::size_t k = 0; k < source_.count; ++k) {
-      context_.step("parts", static_cast<double>(k) / static_cast<double>(source_.count));
-      if (k == options_.reference) continue;
+      context_.step("parts" + again(), static_cast<double>(k) / static_cast<double>(source_.count));
+      if (k == options_.reference || !skipped_[k].empty()) continue;
       if (const std::optional<OrientedCloud> frame = read(k, options_.model_points, skipped_[k], nullptr))
         if (std::string reason; !finder.add(*frame, reason, context_)) skipped_[k] = reason;
     }
     const auto bad = std::count_if(skipped_.begin(), skipped_.end(), [](const std::string& s) { return !s.empty(); });
     if (static_cast<std::size_t>(bad) + 1 >= source_.count)
-      throw InputError(fmt::format("no frame but the reference can be used; {}: {}", source_.name(first_bad()),
-                                   skipped_[first_bad()]));
+      throw Error(rounds_ > 0 ? ExitCode::not_converged : ExitCode::input,
+                  fmt::format("no frame but the reference can be used{}; {}: {}",
+                              rounds_ > 0 ? ", so that it may be the one that does not belong (--reference)" : "",
+                              source_.name(first_bad()), skipped_[first_bad()]));
     if (!finder.found())
       throw InputError(fmt::format(
           "the frames move as one: no part of {} of the scan moves against the rest; is --reference a typical frame?",
@@ -167,23 +200,24 @@ class Sequence {
         result_.ids[i] = all_.ids[i];
       }
     });
+    result_.points_static = result_.points_moving = result_.points_between = 0;
     for (const PartLabel l : result_.label)
       ++(l == PartLabel::still    ? result_.points_static
          : l == PartLabel::moving ? result_.points_moving
                                   : result_.points_between);
   }
 
-  void follow_frame(std::size_t k) {
+  void follow_frame(std::size_t k, StaticCheck& check) {
     FrameMotion f;
     f.index = k;
     f.name = source_.name(k);
     f.time = options_.rate > 0 ? static_cast<double>(k) / options_.rate : static_cast<double>(k);
     f.skipped = skipped_[k];
-    if (f.skipped.empty()) fit_frame(k, f);
+    if (f.skipped.empty()) fit_frame(k, f, check);
     result_.frames.push_back(std::move(f));
   }
 
-  void fit_frame(std::size_t k, FrameMotion& f) {
+  void fit_frame(std::size_t k, FrameMotion& f, StaticCheck& check) {
     const std::optional<OrientedCloud> frame = read(k, max_nodes, f.skipped, &f.points);
     if (!frame) return;
     if (k == options_.reference) still_ = relative_ = Motion{}, before_.reset();
@@ -200,14 +234,25 @@ class Sequence {
       f.skipped = not_on_frame(true);
       return;
     }
+    f.head = pose_of(still->motion, frame_, Pose{});
+    if (k != options_.reference && !check.shows(as_cloud(*frame), k, f.head, strange_[k])) {
+      f.skipped = strange_[k];
+      return;
+    }
     still_ = still->motion;
     before_ = relative_;
     relative_ = composed(inverted(still_), moving->motion);
-    f.head = pose_of(still_, frame_, Pose{});
     f.motion = pose_of(relative_, frame_, Pose{});
     f.rms_static = still->rms, f.rms_moving = moving->rms;
     f.support_static = still->support, f.support_moving = moving->support;
     set_precision(*still, *moving, f);
+  }
+
+  [[nodiscard]] Cloud as_cloud(const OrientedCloud& frame) const {
+    Cloud cloud;
+    cloud.points.reserve(frame.points.size());
+    for (const Point3& p : frame.points) cloud.points.push_back(frame_.to_input(p));
+    return cloud;
   }
 
   /// Both fits err independently; what the first one turns wrongly moves the middle of the second.
@@ -332,6 +377,8 @@ class Sequence {
   Frame frame_;
   OrientedCloud all_, model_, static_, moving_;
   std::vector<std::string> skipped_;
+  std::vector<std::string> strange_;  ///< by frame: why it does not show the part that stays, as earlier rounds saw
+  std::size_t rounds_ = 0;
   Motion still_, relative_;
   std::optional<Motion> before_;
 };

@@ -2,8 +2,9 @@
 // 2).
 //
 // One frame is the reference: its points are the model. A first reading of all frames finds the two parts
-// (part_finder.hpp), a second one fits both parts to every frame. At any time there are two frames and the model in
-// memory.
+// (part_finder.hpp), a second one fits both parts to every frame and checks that the frame shows the part that stays
+// (static_check.hpp). At any time there are two frames and the model in memory, and some thinned points of eight
+// frames.
 #pragma once
 #include <functional>
 #include <optional>
@@ -83,8 +84,10 @@ struct SequenceResult {
 
 /// A frame that cannot be read, is empty or does not show the model is reported (FrameMotion::skipped, a warning) and
 /// skipped. Errors: UsageError for fewer than 2 frames or options without sense; InputError where the reference cannot
-/// be used, where no part moves against the rest, and where fewer than 2 frames are left. Cost: each frame is read
-/// twice; O(points log points) a frame. The same bits for any number of threads and any order of the points.
+/// be used, where no part moves against the rest, and where fewer than 2 frames are left; Error with exit code 5 where
+/// the frames are of another object than the reference (static_check.hpp). Cost: each frame is read twice, four times
+/// where frames of something else had a say in the parts; O(points log points) a frame. The same bits for any number of
+/// threads and any order of the points.
 [[nodiscard]] SequenceResult sequence(const FrameSource& frames, const SequenceOptions& options,
                                       const Context& context);
 

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <numbers>
@@ -39,17 +40,28 @@ int side_of_patient(const Asymmetry& a) {
   return cosine > agree ? 1 : cosine < -agree ? -1 : 0;
 }
 
-/// "left" and "right" are the patient's; without a face that tells, an axis of the file.
-std::string positive_side(const Asymmetry& a) {
-  const int side = side_of_patient(a);
-  return side == 0 ? positive_axis(a) : side > 0 ? "left" : "right";
+/// "left" and "right" are the patient's; without a face that tells they are those of the picture, whose x runs to the
+/// positive side.
+std::string positive_side(const Asymmetry& a) { return side_of_patient(a) > 0 ? "left" : "right"; }
+std::string negative_side(const Asymmetry& a) { return side_of_patient(a) > 0 ? "right" : "left"; }
+
+/// "left side", "right of the picture".
+std::string named(const std::string& side, const Asymmetry& a) {
+  return side + (side_of_patient(a) == 0 ? " of the picture" : " side");
 }
-std::string negative_side(const Asymmetry& a) {
-  const int side = side_of_patient(a);
-  if (side != 0) return side > 0 ? "right" : "left";
-  std::string axis = positive_axis(a);
-  axis[0] = axis[0] == '+' ? '-' : '+';
-  return axis;
+
+/// Of an average over the face: to a tenth of the decade of the noise floor, which is not known any finer; 3 digits at
+/// most.
+std::string to_floor(double value, double floor, Typography t) {
+  if (!(floor > 0) || !std::isfinite(value)) return number(value, t, 3);
+  const int decimals = std::clamp(1 - static_cast<int>(std::floor(std::log10(floor))), 0, 9);
+  const double step = std::pow(10, -decimals), size = std::fabs(value);
+  if (size < step / 2) return "less than " + fixed_number(step, decimals, t);
+  return std::log10(size) + 1 + decimals > 3 ? number(value, t, 3) : fixed_number(value, decimals, t);
+}
+std::string index_number(const Asymmetry& a, Typography t) { return to_floor(a.index.percent, a.index.floor, t); }
+std::string difference_number(const Asymmetry& a, double d, Typography t) {
+  return to_floor(d, a.comparison.noise_floor->rho, t);
 }
 
 /// How sure the midline is where it matters: 80 mm from the middle of a face of 150 mm.
@@ -58,9 +70,11 @@ double midline_at_ends(const Asymmetry& a) {
   return a.plane.sigma_angle * std::numbers::pi / 180 * away * a.pose.width;
 }
 
-/// What a doctor is told of the pose; empty where no face was found.
+/// What a doctor is told of the pose.
 std::string pose_words(const Asymmetry& a, Typography t) {
-  if (side_of_patient(a) == 0) return {};
+  if (side_of_patient(a) == 0)
+    return "Which side is the patient's right is not known: no face was found here that agrees with the plane. Right "
+           "and left are those of the picture, seen along the direction given.";
   const std::string gap = t == fine ? "\u00a0" : " ";
   return "The face was found and turned upright. R is the patient's right as the scan has it: if the export mirrored "
          "the "
@@ -173,15 +187,15 @@ Json difference_json(const Asymmetry& a) {
 }
 
 std::string index_words(const Asymmetry& a, Typography t) {
-  return "asymmetry index " + number(a.index.percent, t, 3) + (t == fine ? "\u00a0%" : " %");
+  return "asymmetry index " + index_number(a, t) + (t == fine ? "\u00a0%" : " %");
 }
 
-/// "the +x side stands out by 0.31 mm on average"
+/// "the patient's left side stands out by 0.31 mm on average", "the side on the right of the picture …"
 std::string direction_words(const Asymmetry& a, Typography t) {
   const double d = a.regions.front().directional;
-  return "the " + std::string(side_of_patient(a) == 0 ? "" : "patient's ") +
-         (d < 0 ? negative_side(a) : positive_side(a)) + " side stands out by " + number(std::fabs(d), t, 3) +
-         (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
+  const std::string side = named(d < 0 ? negative_side(a) : positive_side(a), a);
+  return (side_of_patient(a) == 0 ? "the side on the " : "the patient's ") + side + " stands out by " +
+         difference_number(a, std::fabs(d), t) + (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
 }
 
 class Page : public HtmlPage {
@@ -193,8 +207,8 @@ class Page : public HtmlPage {
         unit_(unit_text(a.unit)),
         area_(unit_text(a.unit, 2)),
         volume_(unit_text(a.unit, 3)),
-        plus_(escaped(positive_side(a))),
-        minus_(escaped(negative_side(a))) {}
+        plus_(named(positive_side(a), a)),
+        minus_(named(negative_side(a), a)) {}
 
   [[nodiscard]] std::string write(const std::string& map_png) {
     open_page(title_);
@@ -216,17 +230,16 @@ class Page : public HtmlPage {
 
   void head(const std::string& map_png) {
     out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
-            brief("measure.rho_debiased", 3) + "\u00a0" + unit_ + " on average, " + brief("index.percent", 3) +
+            datum("measure.rho_debiased", difference_number(a_, value("measure.rho_debiased"), fine)) + "\u00a0" +
+            unit_ + " on average, " + datum("index.percent", index_number(a_, fine)) +
             "\u00a0% of the size of the face; " + direction_words(a_, fine) +
             ".</p>\n<p class=\"soft\">The face is compared with its own mirror image about the symmetry plane found. d "
             "is the "
             "height of a side above the other side, mirrored: positive where it stands out further. Lengths: " +
-            unit_sentence(a_.unit) + "." +
-            (side_of_patient(a_) == 0 ? std::string() : " " + escaped(pose_words(a_, fine))) +
-            "</p>\n</header>\n<div class=\"cards\">\n";
-    card(brief("index.percent", 3), "%", "asymmetry index, noise floor taken off");
+            unit_sentence(a_.unit) + ". " + escaped(pose_words(a_, fine)) + "</p>\n</header>\n<div class=\"cards\">\n";
+    card(datum("index.percent", index_number(a_, fine)), "%", "asymmetry index, noise floor taken off");
     card(brief("index.floor", 3), "%", "noise floor: what a symmetric face would show");
-    card(brief_sign("regions.0.directional", 3), unit_, plus_ + " side less " + minus_ + " side (directional)");
+    card(brief_sign("regions.0.directional", 3), unit_, plus_ + " less " + minus_ + " (directional)");
     card(brief("regions.0.absolute", 3), unit_, "mean |d| (absolute)");
     card(percent("domain.coverage"), "%", "of the area compared");
     out_ += "</div>\n";
@@ -252,8 +265,8 @@ class Page : public HtmlPage {
       out_ += "</tr>\n";
     }
     close_table();
-    out_ += "<p class=\"soft\">The " + plus_ + " side of each region against its mirror image on the " + minus_ +
-            " side; area is that of one side. Directional: net volume ÷ area, which side stands out and how far. "
+    out_ += "<p class=\"soft\">Each region on the " + plus_ + " against its mirror image on the " + minus_ +
+            "; area is that of one side. Directional: net volume ÷ area, which side stands out and how far. "
             "Absolute: "
             "how much the sides differ, whichever stands out; noise adds up to " +
             brief("measure.rho_floor", 3) + "\u00a0" + unit_ + " to it." +
@@ -269,7 +282,7 @@ class Page : public HtmlPage {
     for (const auto& [k, name] :
          {std::pair{"0", "normal, x"}, std::pair{"1", "normal, y"}, std::pair{"2", "normal, z"}})
       row(name, brief_sign(std::string("plane.normal.") + k, 6), "",
-          *k == '0' ? "unit vector to the " + plus_ + " side, input coordinates" : std::string());
+          *k == '0' ? "unit vector to the " + plus_ + ", input coordinates" : std::string());
     row("offset", brief_sign("plane.offset", 7), unit_, "normal · p for every point p of the plane");
     row("its direction", brief("plane.sigma_angle_deg", 2), "°", "one standard deviation, from the residuals");
     row("its place", brief("plane.sigma_offset", 2), unit_, "likewise, at the middle of the face");
@@ -288,7 +301,8 @@ class Page : public HtmlPage {
     row("ρ, mean |d|", plain("measure.rho"), unit_, "between face and mirror image");
     row("ρ, noise floor", plain("measure.rho_floor"), unit_,
         "what a symmetric face with these points and this noise would show");
-    row("ρ, debiased", plain("measure.rho_debiased"), unit_, "without what points and noise add");
+    row("ρ, debiased", datum("measure.rho_debiased", difference_number(a_, value("measure.rho_debiased"), fine)), unit_,
+        "without what points and noise add");
     row("RMS", plain("difference.rms"), unit_, "root of the mean of d²");
     for (const int level : percentile_levels)
       row("|d| at " + std::to_string(level) + "\u00a0%", plain("difference.abs_percentiles." + std::to_string(level)),
@@ -342,14 +356,13 @@ std::string asymmetry_text(const Asymmetry& a) {
   line(out, "points",
        fmt::format("{}, {} of them used", count(a.face.points, plain), count(a.comparison.b.points, plain)));
   line(out, "index",
-       fmt::format("{} % of the size {} {}; measured {} %, of which points and noise make {} %", n(a.index.percent),
+       fmt::format("{} % of the size {} {}; measured {} %, of which points and noise make {} %", index_number(a, plain),
                    n(a.index.size), unit, n(a.index.raw), n(a.index.floor)));
   line(out, "mean |d| (rho)",
        fmt::format("{} {}, without the noise floor {} {}", n(a.comparison.measures.rho), unit,
-                   n(a.comparison.noise_floor->debiased_rho), unit));
+                   difference_number(a, a.comparison.noise_floor->debiased_rho, plain), unit));
   const SymmetryPlane& p = a.plane;
-  const std::string told = pose_words(a, plain);
-  if (!told.empty()) out += "  " + told + "\n";
+  out += "  " + pose_words(a, plain) + "\n";
   line(out, "plane",
        fmt::format("({}, {}, {}) . p = {} {}", fixed_number(p.normal.x, 6, plain), fixed_number(p.normal.y, 6, plain),
                    fixed_number(p.normal.z, 6, plain), number(p.offset, plain, 6), unit));
@@ -383,6 +396,8 @@ void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapO
   words.above = "stands out further", words.below = "lies further back";
   words.zero = "both sides alike", words.left_out = "scanned, but not the other side";
   words.note = "d = this side − the other side, mirrored";
+  words.across = side_of_patient(a) == 0 ? "from the symmetry plane" : "from the midline";
+  words.up = side_of_patient(a) == 0 ? "along the symmetry plane" : "along the midline";
   const Point3 origin = a.comparison.frame.origin;
   options.flip = options.flip != !paints_excess_red(a.unit);  // red stands out, whatever the unit
   Box2 box;

@@ -4,7 +4,10 @@
 
 #include <algorithm>
 #include <numbers>
+#include <optional>
 
+#include "isopach/apps/face_pose.hpp"
+#include "isopach/distance/vectors.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/chart.hpp"
 #include "isopach/report/page.hpp"
@@ -79,11 +82,13 @@ class CombinePage : HtmlPage {
 
   void pictures() {
     out_ += "<h2>The model</h2>\n";
-    const auto view = [&](const char* title, const char* across, double Point3::*x, double Point3::*y) {
+    const std::optional<FacePose> face = face_of_model();
+    const Array<Point3> places = face ? standing_up(*face) : c_.points;
+    const auto view = [&](const char* title, const char* across, const char* up, double Point3::*x, double Point3::*y) {
       Chart chart;
       chart.title = title;
       chart.x_label = std::string(across) + ", " + c_.unit;
-      chart.y_label = "y, " + c_.unit;
+      chart.y_label = std::string(up) + ", " + c_.unit;
       chart.equal_scales = true;
       for (std::size_t k = 0; k < part_names.size(); ++k) {
         ChartSeries s;
@@ -94,13 +99,40 @@ class CombinePage : HtmlPage {
         std::size_t seen = 0;
         for (std::size_t i = 0; i < c_.points.size(); ++i)
           if (c_.part[i] == static_cast<CombinedPart>(k) && seen++ % step == 0)
-            s.points.push_back({c_.points[i].*x, c_.points[i].*y});
+            s.points.push_back({places[i].*x, places[i].*y});
         chart.series.push_back(std::move(s));
       }
       out_ += chart_svg(chart);
     };
-    view("Dots of all parts along z of the face scan", "x", &Point3::x, &Point3::y);
-    view("Dots of all parts along x of the face scan", "z", &Point3::z, &Point3::y);
+    if (face) {
+      view("Dots of all parts, from the front, R on the left", "from the midline to the patient's left",
+           "up from the tip of the nose", &Point3::x, &Point3::y);
+      view("Dots of all parts, from the side, the front on the right", "forwards", "up from the tip of the nose",
+           &Point3::z, &Point3::y);
+    } else {
+      view("Dots of all parts along z of the face scan", "x", "y", &Point3::x, &Point3::y);
+      view("Dots of all parts along x of the face scan", "z", "y", &Point3::z, &Point3::y);
+    }
+  }
+
+  /// Of the face scan alone: jaw and object belong to no mean face.
+  [[nodiscard]] std::optional<FacePose> face_of_model() const {
+    Cloud scan;
+    for (std::size_t i = 0; i < c_.points.size(); ++i)
+      if (c_.part[i] == CombinedPart::face) scan.points.push_back(c_.points[i]);
+    if (scan.points.empty()) return std::nullopt;
+    FacePose pose = find_face(scan, {}, {});
+    return pose.found() ? std::optional(std::move(pose)) : std::nullopt;
+  }
+
+  /// The points of the model, x to the patient's left, y up, z to the front, about the tip of the nose.
+  [[nodiscard]] Array<Point3> standing_up(const FacePose& face) const {
+    Array<Point3> places(c_.points.size());
+    for (std::size_t i = 0; i < places.size(); ++i) {
+      const Point3 p = c_.points[i] - face.tip;
+      places[i] = {dot(p, face.left), dot(p, face.up), dot(p, face.front)};
+    }
+    return places;
   }
 
   void numbers() {

@@ -309,8 +309,13 @@ class Map {
       const double half = canvas.text_width(t.label, font) / 2;
       canvas.text_upwards(panel_x_ - 14 * s_, within(y, panel_y_, bottom, half), t.label, font, Align::centre);
     }
-    canvas.text(panel_x_ + columns_ / 2.0, bottom + 52 * s_, across.name + unit, font, Align::centre);
-    canvas.text_upwards(panel_x_ - 42 * s_, panel_y_ + rows_ / 2.0, up.name + unit, font, Align::centre);
+    canvas.text(panel_x_ + columns_ / 2.0, bottom + 52 * s_, named_or(options_.words.across, across.name) + unit, font,
+                Align::centre);
+    canvas.text_upwards(panel_x_ - 42 * s_, panel_y_ + rows_ / 2.0, named_or(options_.words.up, up.name) + unit, font,
+                        Align::centre);
+  }
+  [[nodiscard]] static const std::string& named_or(const std::string& name, const std::string& otherwise) {
+    return name.empty() ? otherwise : name;
   }
   [[nodiscard]] std::string widest(const Axis& axis, double low, double high) const {
     const double a = axis.offset + axis.sign * low, b = axis.offset + axis.sign * high;

@@ -29,6 +29,7 @@ struct MapWords {
   std::string zero;          ///< beside the colour of 0
   std::string left_out;      ///< beside the colour of what is scanned but has no value
   std::string note;          ///< what the colours mean, at the foot
+  std::string across, up;    ///< names of the axes; empty: those of the input
 };
 
 /// A line drawn over the map, with a label at its beginning.
