@@ -74,7 +74,8 @@ std::string words(const Vector& v, const std::array<std::string, 3>& axes) {
 
 void find_icp_covariance(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed,
                          const MatchOptions& options, const std::array<std::string, 3>& axes, SearchResult& result) {
-  const std::vector<ScoreCell> cells = PairCells(found, moving, fixed, options.objective == Objective::icp_plane).take();
+  const std::vector<ScoreCell> cells =
+      PairCells(found, moving, fixed, options.objective == Objective::icp_plane).take();
   result.covariance = {};
   const double radius = result.radius = found.information.radius;
   double weight = 0;

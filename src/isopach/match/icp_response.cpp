@@ -13,7 +13,7 @@ namespace {
 using Vector = Eigen::Matrix<double, 7, 1>;
 
 constexpr std::size_t most_asked = 8192;
-constexpr double step_size = 0.5;  // standard deviations of the residuals, along the normals
+constexpr double step_size = 0.5;                      // standard deviations of the residuals, along the normals
 constexpr double least_step = 1e-7, most_step = 0.05;  // of the radius
 constexpr double least_response = 0.1;                 // of the normal matrix
 

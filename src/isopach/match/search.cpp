@@ -27,10 +27,10 @@ constexpr double negligible_of_many = 0.1;     // … where a step costs time
 constexpr double rejected = 2.5;               // a step that does not lower the loss ends it below so many of those
 constexpr double least_curvature = 0.55;       // of the loss over its weights, as a step takes it: less would overshoot
 constexpr double least_known_curvature = 0.1;  // … and as the covariance takes it
-constexpr double cut_step = 2.5;               // standard deviations that noise gives a step, for differences of the pull
-constexpr std::size_t sample_stride = 8;       // before all nodes of the scans themselves every eighth patch
-constexpr std::size_t sampled_nodes = 20000;   // from so many nodes on
-constexpr double least_overlap_kept = 0.5;     // of the common area: a step may not shrink it further
+constexpr double cut_step = 2.5;          // standard deviations that noise gives a step, for differences of the pull
+constexpr std::size_t sample_stride = 8;  // before all nodes of the scans themselves every eighth patch
+constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
+constexpr double least_overlap_kept = 0.5;    // of the common area: a step may not shrink it further
 
 Vector vector(const Vector7& v) { return Eigen::Map<const Vector>(v.data()); }
 
@@ -141,8 +141,8 @@ class Solver {
     return std::clamp(s.curvature / s.fitted * of_trust, least, 1.0);
   }
 
-  /// The step over the standard deviation that the noise of the nodes gives it: of the order of 1 from one pair of scans
-  /// to another.
+  /// The step over the standard deviation that the noise of the nodes gives it: of the order of 1 from one pair of
+  /// scans to another.
   [[nodiscard]] double in_deviations(const Vector& step) const {
     const ResidualSums& s = at.sums;
     if (!(loss.scale > 0) || s.nodes == 0) return std::numeric_limits<double>::infinity();
@@ -456,8 +456,8 @@ class Search {
 
   // Of a loss over a share of the patches, by differences: the patches that a motion takes in and out are few, and the
   // search ends at the first pose where what it then fits pulls no more. Their density near the bound says how the pull
-  // changes from there on average, not how it does at such an end, where it changes faster. Along the three motions that
-  // hold best, whose slopes have least noise.
+  // changes from there on average, not how it does at such an end, where it changes faster. Along the three motions
+  // that hold best, whose slopes have least noise.
   [[nodiscard]] double curvature_of_cut(Residuals& residuals, Solver& s) const {
     if (basis_.cols() == 0) return 1;
     const State found = s.at;
