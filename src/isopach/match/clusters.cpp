@@ -2,7 +2,9 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <vector>
 
 #include "isopach/match/sandwich.hpp"
 
@@ -11,10 +13,12 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t cells_of_a_cluster = 16;
-constexpr double clusters_per_parameter = 2;  // at least: fewer say nothing of a variance
-constexpr std::size_t strips = 16;            // of each direction
-constexpr double beyond_chance = 2;           // standard deviations of the trace
-constexpr double least_left = 0.2;            // of a cluster's leverage: nearly all of what holds a motion lies in it
+constexpr double clusters_per_parameter = 2;                    // at least: fewer say nothing of a variance
+constexpr double beyond_chance = 2;                             // standard deviations of the trace
+constexpr std::array<std::size_t, 3> strip_counts{48, 24, 12};  // across the scans, in each direction
+constexpr double wider_is_more = 0.5;  // relative standard deviations by which wider strips must say more to be taken
+constexpr Eigen::Index along_heights = 5;  // the parameter that shifts all heights
+constexpr double least_left = 0.2;         // of a cluster's leverage: nearly all of what holds a motion lies in it
 
 using Matrix = Eigen::MatrixXd;
 using Vector = Eigen::VectorXd;
@@ -31,7 +35,7 @@ Partition runs_of(std::size_t cells, std::size_t run) {
 /// The cells in coordinates in which the information of all of them together is the unit matrix.
 class Whitened {
  public:
-  Whitened(std::span<const ScoreCell> cells, const Matrix& basis) : cells_(cells) {
+  Whitened(std::span<const ScoreCell> cells, const Matrix& basis) : cells_(cells), basis_(basis) {
     const Eigen::Index p = basis.cols();
     Matrix all = Matrix::Zero(p, p);
     for (const ScoreCell& c : cells) all += basis.transpose() * matrix(c.information) * basis;
@@ -52,7 +56,7 @@ class Whitened {
   [[nodiscard]] const Matrix& information(std::size_t i) const { return information_[i]; }
 
   /// Strips across (x, y), each with a like share of the information.
-  [[nodiscard]] Partition strips_across(double x, double y) const {
+  [[nodiscard]] Partition strips_across(double x, double y, std::size_t strips) const {
     std::vector<std::pair<double, std::size_t>> order;
     for (std::size_t i = 0; i < cells_.size(); ++i) {
       const ScoreCell& c = cells_[i];
@@ -69,9 +73,18 @@ class Whitened {
     return p;
   }
 
+  /// What an offset of 1 of the heights of cell i adds to its score.
+  [[nodiscard]] Vector by_offset(std::size_t i) const {
+    return to_.transpose() * (basis_.transpose() * matrix(cells_[i].information).col(along_heights));
+  }
+  [[nodiscard]] double height_score(std::size_t i) const { return cells_[i].score[along_heights]; }
+  [[nodiscard]] double height_information(std::size_t i) const {
+    return matrix(cells_[i].information)(along_heights, along_heights);
+  }
+
  private:
   std::span<const ScoreCell> cells_;
-  Matrix to_, back_;
+  Matrix basis_, to_, back_;
   std::vector<Vector> score_;
   std::vector<Matrix> information_;
 };
@@ -135,6 +148,60 @@ Matrix at_least(const Matrix& small, const Matrix& large) {
          root;
 }
 
+/// How strips differ in height as a whole, and what that adds to the meat: Σ g gᵀ τ², g = ∂score/∂offset. Of the scores
+/// of the strips only that of the heights is asked, for one number, the variance τ² of an offset: the outer products of
+/// so few sums are too few for a matrix.
+struct Offsets {
+  Matrix meat;
+  double chance = 0;    // standard deviations of what noise makes of the squares
+  double relative = 0;  // standard deviation of τ² over itself
+};
+
+Offsets offsets_of(const Whitened& w, const Partition& partition, std::size_t strips, const Scatter& small) {
+  const auto n = static_cast<Eigen::Index>(strips);
+  Matrix by = Matrix::Zero(w.size(), n);
+  Vector score = Vector::Zero(n), information = Vector::Zero(n);
+  for (std::size_t i = 0; i < w.count(); ++i) {
+    const auto strip = static_cast<Eigen::Index>(partition[i]);
+    by.col(strip) += w.by_offset(i);
+    score(strip) += w.height_score(i), information(strip) += w.height_information(i);
+  }
+  if (!(information.minCoeff() > 1e-6 * information.maxCoeff())) return {};
+  // The fit takes a share of an offset off again: what is left of it in the scores of all strips.
+  Matrix left = -by.transpose() * by;
+  left.diagonal() += information;
+  const Vector root = information.cwiseSqrt().cwiseInverse();
+  const Matrix unit = root.asDiagonal() * left * root.asDiagonal();
+  const double squares = score.cwiseAbs2().cwiseQuotient(information).sum();
+  const double by_noise = small.size * unit.trace(), by_one = (root.asDiagonal() * left).squaredNorm();
+  const auto p = static_cast<double>(w.size());
+  const double spread =
+      std::hypot(small.size * std::sqrt(2 * unit.squaredNorm()), by_noise * std::sqrt(2 / (p * small.clusters)));
+  if (!(by_one > 0 && spread > 0)) return {};
+  return {std::max(0.0, (squares - by_noise) / by_one) * by * by.transpose(), (squares - by_noise) / spread,
+          std::sqrt(2 / unit.trace())};
+}
+
+/// Of the strips across four directions, narrow and wide, those that add most; wide ones, of which there are few, only
+/// where they add clearly more.
+Matrix strip_meat(const Whitened& w, const Scatter& small) {
+  constexpr double diagonal = 0.70710678118654752;
+  constexpr double directions[4][2] = {{1, 0}, {0, 1}, {diagonal, diagonal}, {diagonal, -diagonal}};
+  Matrix best = Matrix::Zero(w.size(), w.size());
+  for (const auto& [x, y] : directions) {
+    double least = 0;
+    for (const std::size_t strips : strip_counts) {
+      if (w.count() < 2 * strips) continue;
+      const Offsets o = offsets_of(w, w.strips_across(x, y, strips), strips, small);
+      if (!(o.chance > beyond_chance)) continue;
+      const double size = o.meat.trace();
+      if (size > best.trace() && size > least * (1 + wider_is_more * o.relative)) best = o.meat;
+      least = size;
+    }
+  }
+  return best;
+}
+
 Matrix meat_of(const Whitened& w) {
   const auto p = static_cast<double>(w.size());
   std::size_t run = cells_of_a_cluster;
@@ -143,19 +210,13 @@ Matrix meat_of(const Whitened& w) {
   if (!(small.size > 0)) return small.meat;
   Matrix best = small.meat;
   double largest = 1;
-  const auto consider = [&](const Partition& partition) {
-    const Scatter s = scatter(w, partition);
-    if (s.clusters < clusters_per_parameter * p) return false;
+  while ((run *= 2) < 2 * w.count()) {
+    const Scatter s = scatter(w, runs_of(w.count(), run));
+    if (s.clusters < clusters_per_parameter * p) break;
     const double ratio = s.size / small.size, chance = std::sqrt(2 / (p * s.clusters) + 2 / (p * small.clusters));
     if (ratio > 1 + beyond_chance * chance && ratio > largest) largest = ratio, best = at_least(small.meat, s.meat);
-    return true;
-  };
-  while (consider(runs_of(w.count(), run *= 2)) && run < w.count()) {
   }
-  constexpr double diagonal = 0.70710678118654752;
-  consider(w.strips_across(1, 0)), consider(w.strips_across(0, 1));
-  consider(w.strips_across(diagonal, diagonal)), consider(w.strips_across(diagonal, -diagonal));
-  return best;
+  return at_least(best, small.meat + strip_meat(w, small));
 }
 
 }  // namespace

@@ -12,11 +12,10 @@ namespace isopach {
 /// Puts covariance (axes of the frame, about information.centre), undetermined and weak directions of the pose that
 /// `found` ended at into `result`.
 ///
-/// Bread: the normal matrix of (3), for (1) too, since partners follow what slides; less what noise of the normals adds
-/// to it; times the share of the weights that is curvature (of the biweight, and of the longest pair, where pairs come
-/// in and go out). Meat: clustered_scores over runs of points of MOVING, so that neighbouring pairs may share the noise
-/// of FIXED. The step that the search left undone is added as an error. Motions that no more than noise of the normals
-/// holds (information_floor) are undetermined. Cost O(pairs).
+/// Bread: how the pull of the pairs changes with the pose (pull_response). Meat: clustered_scores over runs of points
+/// of MOVING, so that neighbouring pairs may share the noise of FIXED. The step that the search left undone is added as
+/// an error. Motions that no more than noise of the normals holds (information_floor) are undetermined. Cost O(pairs),
+/// and pull_response.
 void find_icp_covariance(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed,
                          const MatchOptions& options, const std::array<std::string, 3>& axes, SearchResult& result);
 

@@ -42,13 +42,19 @@ Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells, const Inf
   if (basis.cols() == 0) return Eigen::Matrix<double, 7, 7>::Zero();
   Symmetric7 all;
   for (const ScoreCell& c : cells) all.add(c.information);
+  const auto within = [&](const Symmetric7& s) -> Matrix { return basis.transpose() * matrix(s) * basis; };
+  return sandwich(cells, basis, curvature * without_noise(within(all), within(known.h), within(known.noise)));
+}
+
+Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells,
+                                     const Eigen::Matrix<double, 7, Eigen::Dynamic>& basis,
+                                     const Eigen::MatrixXd& bread) {
+  if (basis.cols() == 0) return Eigen::Matrix<double, 7, 7>::Zero();
   std::vector<Vector7> columns(static_cast<std::size_t>(basis.cols()));
   for (std::size_t c = 0; c < columns.size(); ++c)
     for (std::size_t k = 0; k < parameters; ++k)
       columns[c][k] = basis(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(c));
-  const auto within = [&](const Symmetric7& s) -> Matrix { return basis.transpose() * matrix(s) * basis; };
-  const Matrix score = within(clustered_scores(cells, columns));
-  const Matrix bread = curvature * without_noise(within(all), within(known.h), within(known.noise));
+  const Matrix score = basis.transpose() * matrix(clustered_scores(cells, columns)) * basis;
   const Matrix inverse = bread.ldlt().solve(Matrix::Identity(bread.rows(), bread.cols()));
   return basis * inverse * score * inverse * basis.transpose();
 }

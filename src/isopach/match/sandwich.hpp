@@ -16,4 +16,9 @@ namespace isopach {
                                                    const Eigen::Matrix<double, 7, Eigen::Dynamic>& basis,
                                                    double curvature);
 
+/// The same with `bread`, within the basis, from elsewhere.
+[[nodiscard]] Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells,
+                                                   const Eigen::Matrix<double, 7, Eigen::Dynamic>& basis,
+                                                   const Eigen::MatrixXd& bread);
+
 }  // namespace isopach
