@@ -2,7 +2,6 @@
 // more kinds of scans and more of each; docs/match.md its table.
 #include <gtest/gtest.h>
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 
@@ -66,18 +65,6 @@ TEST(MatchPulls, PlanesOfAFixedScanThatIsMuchDenser) {
   p.options.objective = Objective::icp_plane;
   p.moving_points = 1000, p.fixed_points = 4000;
   expect_covered(p, 0.65, 1.25);
-}
-
-// Its flanks are no higher than noise: weights of single pairs let them pull, each run to the same side.
-TEST(MatchPulls, PlanesKeepAMoundOutToItsFlanks) {
-  test::PosePairs p;
-  p.options.objective = Objective::icp_plane;
-  p.moving_points = p.fixed_points = 3000;
-  p.change = [](const Point2& q) {
-    const double x = (q.x - 0.65) / 0.178, y = (q.y - 0.4) / 0.178, left = 1 - std::min(1.0, x * x + y * y);
-    return 0.03 * left * left;
-  };
-  expect_covered(p, 0.65, 1.35);
 }
 
 }  // namespace

@@ -48,7 +48,7 @@ class Response {
  private:
   void add(PairSearch& search, const Motion& motion, Pull& pull) const {
     Array<Link> links = search.find(motion, stride_, options_.icp, options_.overlap);
-    set_weights(links, options_.icp.weights, plane_, found_.trusts_patches ? stride_ : 0);
+    set_weights(links, options_.icp.weights, plane_);
     for (const Link& l : links) {
       const Point3 d = l.moving - l.fixed;
       const Vector7 row = pair_row(found_.information, l.moving, plane_ ? dot(d, l.normal) * l.normal : d);

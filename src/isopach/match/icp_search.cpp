@@ -68,11 +68,6 @@ class Search {
     level(strides.front(), strides.size() == 1);
     if (first == FirstLevel::twice && is_selective()) again(start, strides.front(), strides.size() == 1);
     for (std::size_t k = 1; k < strides.size(); ++k) level(strides[k], k + 1 == strides.size());
-    const bool is_bounded = icp_.weights == IcpOptions::Weights::tukey && overlap_ < 1;
-    if (first == FirstLevel::twice && is_bounded && state_.converged) {
-      state_.trusts_patches = true;
-      level(1, true);
-    }
     return std::move(state_);
   }
 
@@ -121,8 +116,7 @@ class Search {
 
   void pair_up(std::size_t stride) {
     state_.links = forward_.find(state_.motion, stride, icp_, overlap_);
-    const std::size_t patches = state_.trusts_patches ? stride : 0;
-    set_weights(state_.links, icp_.weights, plane_, patches);
+    set_weights(state_.links, icp_.weights, plane_);
     const double asked = std::ceil(static_cast<double>(moving_.points.size()) / static_cast<double>(stride));
     state_.share = static_cast<double>(state_.links.size()) / asked;
     if (state_.share < least_share || state_.links.size() < least_links)
@@ -136,7 +130,7 @@ class Search {
     }
     both_ = state_.links;
     state_.back = backward_.find(state_.motion, stride, icp_, overlap_);
-    set_weights(state_.back, icp_.weights, plane_, patches);
+    set_weights(state_.back, icp_.weights, plane_);
     both_.insert(both_.end(), state_.back.begin(), state_.back.end());
     state_.information = pair_information(both_, plane_);
   }

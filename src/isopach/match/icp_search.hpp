@@ -13,7 +13,6 @@ struct IcpState {
   PairInformation information;  ///< at `motion`
   Array<Link> links;            ///< forward pairs of the last step
   Array<Link> back;             ///< pairs from FIXED in MOVING, if they are sought
-  bool trusts_patches = false;  ///< the weights contain trust in patches of pairs (set_weights)
   std::vector<MatchStep> history;
   int iterations = 0;
   bool converged = false;
@@ -29,10 +28,8 @@ struct IcpState {
 /// (the ring of a scanner on the ring of the other); of the two the one goes on where more of the surface fits.
 enum class FirstLevel { once, twice };
 
-/// From `start`, first on every k-th point, at last on all; by FirstLevel::twice, with Tukey's weights and a share that
-/// is not given as 1, further from there with trust in patches (set_weights), which keeps out change that is not much
-/// larger than the noise of a pair, and which a biweight of single pairs lets pull. Throws OverlapError where hardly
-/// any pair is left. Cost: O(log n) a point and step, less once the steps are small. Test: tests/match/icp_test.cpp.
+/// From `start`, first on every k-th point, at last on all. Throws OverlapError where hardly any pair is left. Cost:
+/// O(log n) a point and step, less once the steps are small. Test: tests/match/icp_test.cpp.
 [[nodiscard]] IcpState icp_search(const OrientedCloud& moving, const OrientedCloud& fixed, const Motion& start,
                                   const MatchOptions& options, FirstLevel first, const Context& context);
 

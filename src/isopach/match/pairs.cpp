@@ -18,8 +18,6 @@ constexpr std::size_t query_block = 1024;
 constexpr double frmsd_power = 3;      // Phillips et al., section 4: for points in space
 constexpr double least_overlap = 0.3;  // below it a small patch that happens to fit would win
 constexpr double tukey_width = 4.685;  // 95 % efficient for normal residuals
-constexpr std::size_t patch_queries = 32;
-constexpr double patch_bound = 4;  // standard deviations of the patches' means
 
 /// How many of the shortest to keep, of lengths² in ascending order, where `all` were asked.
 std::size_t least_frmsd(const Array<double>& length2, double all) {
@@ -34,42 +32,6 @@ std::size_t least_frmsd(const Array<double>& length2, double all) {
     if (value <= least) least = value, best = i + 1;
   }
   return best;
-}
-
-/// Links of one patch of queries.
-struct Patch {
-  std::size_t begin, end;
-  double mean;
-};
-
-/// Mean distance along the normals, which are turned to the side of the first; of a patch with few pairs less.
-double mean_of(const Array<Link>& links, std::size_t begin, std::size_t end, double width) {
-  double sum = 0, weight = 0;
-  for (std::size_t i = begin; i < end; ++i) {
-    const Link& l = links[i];
-    const double side = dot(l.normal, links[begin].normal) < 0 ? -1 : 1;
-    sum += l.weight * std::clamp(side * dot(l.moving - l.fixed, l.normal), -width, width);
-    weight += l.weight;
-  }
-  const double full = std::min(1.0, std::sqrt(2 * static_cast<double>(end - begin) / patch_queries));
-  return weight > 0 ? full * sum / weight : 0;
-}
-
-/// Multiplies the weights by the trust in patches of `run` queries in a row.
-void trust_patches(Array<Link>& links, std::size_t run, double width) {
-  std::vector<Patch> patches;
-  for (std::size_t begin = 0, end = 0; begin < links.size(); begin = end) {
-    while (end < links.size() && links[end].query / run == links[begin].query / run) ++end;
-    patches.push_back({begin, end, mean_of(links, begin, end, width)});
-  }
-  Array<double> sizes(patches.size());
-  for (std::size_t i = 0; i < patches.size(); ++i) sizes[i] = std::fabs(patches[i].mean);
-  const double bound = patch_bound * mad_to_sigma * median(sizes);
-  if (!(bound > 0)) return;
-  for (const Patch& p : patches) {
-    const double t = std::fabs(p.mean) / bound, trust = t < 1 ? (1 - t * t) * (1 - t * t) : 0;
-    for (std::size_t i = p.begin; i < p.end; ++i) links[i].weight *= trust;
-  }
 }
 
 }  // namespace
@@ -184,11 +146,10 @@ double residual_width(const Array<Link>& links, bool plane) {
   return 0;
 }
 
-void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane, std::size_t patches) {
+void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane) {
   if (weights == IcpOptions::Weights::uniform || links.empty()) return;
   const double width = residual_width(links, plane);
   if (!(width > 0)) return;  // half of them fit exactly: nothing tells good from bad
-  if (patches > 0) trust_patches(links, patch_queries * patches, width);
   for (Link& l : links) {
     const double t = residual(l, plane) / width;
     l.weight *= t < 1 ? (1 - t * t) * (1 - t * t) : 0;

@@ -54,11 +54,6 @@ class PairSearch {
 [[nodiscard]] double residual_width(const Array<Link>& links, bool plane);
 
 /// Multiplies the weights by what the residuals of the objective (plane: (3), else (1)) say; drops links of weight 0.
-///
-/// `patches` > 0: every how many-th query was asked; the trust in patches of 32 neighbouring queries enters, too,
-/// Tukey's biweight of the mean of their distances along the normals, which ends at four standard deviations of such
-/// means (by their median). In a mean noise is small, and change over an area is not: what differs by less than single
-/// pairs vary is kept out. Distances count in it up to where the biweight of single pairs ends.
-void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane, std::size_t patches = 0);
+void set_weights(Array<Link>& links, IcpOptions::Weights weights, bool plane);
 
 }  // namespace isopach

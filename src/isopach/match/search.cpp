@@ -27,10 +27,9 @@ constexpr double negligible_of_many = 0.1;     // … where a step costs time
 constexpr double rejected = 2.5;               // a step that does not lower the loss ends it below so many of those
 constexpr double least_curvature = 0.55;       // of the loss over its weights, as a step takes it: less would overshoot
 constexpr double least_known_curvature = 0.1;  // … and as the covariance takes it
-constexpr double cut_step = 2.5;          // standard deviations that noise gives a step, for differences of the pull
-constexpr std::size_t sample_stride = 8;  // before all nodes of the scans themselves every eighth patch
-constexpr std::size_t sampled_nodes = 20000;  // from so many nodes on
-constexpr double least_overlap_kept = 0.5;    // of the common area: a step may not shrink it further
+constexpr std::size_t sample_stride = 8;       // before all nodes of the scans themselves every eighth patch
+constexpr std::size_t sampled_nodes = 20000;   // from so many nodes on
+constexpr double least_overlap_kept = 0.5;     // of the common area: a step may not shrink it further
 
 Vector vector(const Vector7& v) { return Eigen::Map<const Vector>(v.data()); }
 
@@ -141,15 +140,6 @@ class Solver {
     return std::clamp(s.curvature / s.fitted * of_trust, least, 1.0);
   }
 
-  /// The step over the standard deviation that the noise of the nodes gives it: of the order of 1 from one pair of
-  /// scans to another.
-  [[nodiscard]] double in_deviations(const Vector& step) const {
-    const ResidualSums& s = at.sums;
-    if (!(loss.scale > 0) || s.nodes == 0) return std::numeric_limits<double>::infinity();
-    const double information = step.dot(matrix(s.h) * step) * static_cast<double>(s.nodes) / s.area;
-    return std::sqrt(std::max(0.0, information)) / loss.scale;
-  }
-
   void note() {
     if (history == nullptr) return;
     const ResidualSums& s = at.sums;
@@ -171,6 +161,15 @@ class Solver {
     ++accepted;
     note();
     return true;
+  }
+
+  // The step over the standard deviation that the noise of the nodes gives it: of the order of 1 from one pair of scans
+  // to another.
+  [[nodiscard]] double in_deviations(const Vector& step) const {
+    const ResidualSums& s = at.sums;
+    if (!(loss.scale > 0) || s.nodes == 0) return std::numeric_limits<double>::infinity();
+    const double information = step.dot(matrix(s.h) * step) * static_cast<double>(s.nodes) / s.area;
+    return std::sqrt(std::max(0.0, information)) / loss.scale;
   }
 
   // Undamped, h is divided by how much of it is curvature of the loss: with normal noise the step is then Newton's own.
@@ -446,40 +445,10 @@ class Search {
     s.refresh();
     result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
     name_weak({s.at.sums.h, {}});
+    find_covariance(known, residuals.score_cells(s.at.motion, s.loss, context_),
+                    s.curvature(true, least_known_curvature), residuals.length());
     result_.stable.resize(moving_.xy.size());
     for (std::size_t i = 0; i < moving_.xy.size(); ++i) result_.stable[i] = residuals.fitted(i, s.loss) ? 1 : 0;
-    const std::vector<ScoreCell> cells = residuals.score_cells(s.at.motion, s.loss, context_);
-    const bool is_cut = options_.overlap > 0 && bounded;
-    const double curvature = is_cut ? curvature_of_cut(residuals, s) : s.curvature(true, least_known_curvature);
-    find_covariance(known, cells, curvature, residuals.length());
-  }
-
-  // Of a loss over a share of the patches, by differences: the patches that a motion takes in and out are few, and the
-  // search ends at the first pose where what it then fits pulls no more. Their density near the bound says how the pull
-  // changes from there on average, not how it does at such an end, where it changes faster. Along the three motions
-  // that hold best, whose slopes have least noise.
-  [[nodiscard]] double curvature_of_cut(Residuals& residuals, Solver& s) const {
-    if (basis_.cols() == 0) return 1;
-    const State found = s.at;
-    const Matrix all = matrix(found.sums.h);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(basis_.transpose() * all * basis_);
-    const Eigen::Index best = std::min<Eigen::Index>(3, basis_.cols());
-    double sum = 0;
-    for (Eigen::Index k = basis_.cols() - best; k < basis_.cols(); ++k) {
-      const Vector v = basis_ * solver.eigenvectors().col(k);
-      s.at = found;
-      const double size = cut_step / s.in_deviations(v);
-      if (!(size > 0)) return 1;
-      const auto pull = [&](double by) {
-        Vector7 step;
-        Eigen::Map<Vector>(step.data()) = by * v;
-        s.start(moved(found.motion, residuals.twist(step), residuals.centre()), false);
-        reweigh(residuals, s, true);
-        return v.dot(vector(s.at.sums.b));
-      };
-      sum += (pull(-size) - pull(size)) / (2 * size * v.dot(all * v));
-    }
-    return std::clamp(sum / static_cast<double>(best), least_known_curvature, 1.0);
   }
 
   void name_weak(const Information& info) {
