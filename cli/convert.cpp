@@ -142,7 +142,7 @@ int run_convert(const Arguments& arguments) {
   write_cloud(out, cloud, run.context());
   run.show(summary(out, cloud));
   if (const std::string end = extension_of(out); end == ".las" || end == ".laz")
-    if (is_read_again(out)) run.show(storage_summary(out, before));
+    if (is_read_again(out) && !run_options.quiet) run.show(storage_summary(out, before));
   return 0;
 }
 

@@ -91,7 +91,8 @@ class Commit(CliTest):
         run = subprocess.Popen([BIN, "compare", self.a, self.b, "-o", "out", "--no-map"], cwd=self.folder,
                                stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         run.stdout.close()
-        self.assertEqual(run.stderr.read(), b"")
+        with run.stderr:
+            self.assertEqual(run.stderr.read(), b"")
         self.assertEqual(run.wait(60), -signal.SIGPIPE)
         self.assertTrue(self.path("out/result.json").exists())
         self.assertFalse([n for n in os.listdir(self.path("out")) if n.startswith(".isopach-")])

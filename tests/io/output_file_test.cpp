@@ -33,6 +33,8 @@ TEST(OutputFile, TellsPlacesAsTheUserKnowsThem) {
   EXPECT_EQ(place_of("out/.isopach-12-00ab/new/map.png: full"), "out/map.png: full");
   EXPECT_EQ(place_of("out/.isopach-12-00ab-map.png"), "out/map.png");
   EXPECT_EQ(place_of(".isopach-1-a/new/.isopach-2-b-x.las and y"), "x.las and y");
+  EXPECT_EQ(place_of("out/.isopach-12-00ab/commit.json: full"), "out/commit.json: full");
+  EXPECT_EQ(place_of("out/.isopach-12-00ab: full"), "out/: full");
   for (const char* plain : {"out/map.png", ".isopach-notes/x", ".isopach-12", "", ".isopach-"})
     EXPECT_EQ(place_of(plain), plain);
 }

@@ -164,8 +164,8 @@ std::string place_of(std::string text) {
     const std::string_view behind = rest.substr(length);
     if (length > 0 && behind.substr(0, new_files.size()) == new_files)
       text.erase(at, length + new_files.size());
-    else if (length > 0 && behind.substr(0, 1) == "-")
-      text.erase(at, length + 1);
+    else if (length > 0)
+      text.erase(at, length + (behind.starts_with('-') || behind.starts_with('/') ? 1 : 0));
     else
       at += mark.size();
   }
