@@ -4,7 +4,9 @@
 #include <laszip/laszip_api.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
+#include <fstream>
 #include <istream>
 #include <optional>
 #include <sstream>
@@ -44,8 +46,9 @@ class Handle {
     reading_ = laszip_open_reader_stream(pointer_, stream, &compressed) == 0;
     return reading_;
   }
-  [[nodiscard]] bool open_writer(const std::string& path) {
-    writing_ = laszip_open_writer(pointer_, path.c_str(), 1) == 0;
+  /// The stream must outlive the writer, and be looked at when it is closed: LASzip does not notice lost writes.
+  [[nodiscard]] bool open_writer(std::ostream& stream) {
+    writing_ = laszip_open_writer_stream(pointer_, stream, 1, 0) == 0;
     return writing_;
   }
   [[nodiscard]] bool close_writer() {
@@ -337,6 +340,8 @@ void LazReader::next(char* record) {
 }
 
 void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {
+  std::ofstream out(laz, std::ios::binary);
+  if (!out) fail_to_write(laz, std::strerror(errno));
   Handle reader, writer;
   const auto check = [&](bool good, const Handle& handle) {
     if (!good) fail_to_write(laz, "LASzip: " + handle.error());
@@ -349,7 +354,7 @@ void compress_las(const std::string& las, const std::string& laz, std::size_t co
   check(laszip_set_header(writer.get(), header) == 0, writer);
   check(laszip_preserve_generating_software(writer.get(), 1) == 0, writer);
   check(laszip_request_native_extension(writer.get(), 1) == 0, writer);
-  check(writer.open_writer(laz), writer);
+  check(writer.open_writer(out), writer);
   constexpr std::size_t block = 65536;
   for (std::size_t i = 0; i < count; ++i) {
     if (i % block == 0) context.step("write", static_cast<double>(i) / static_cast<double>(count));
@@ -358,6 +363,8 @@ void compress_las(const std::string& las, const std::string& laz, std::size_t co
     check(laszip_write_point(writer.get()) == 0, writer);
   }
   check(writer.close_writer(), writer);
+  out.close();
+  if (!out) fail_to_write(laz, std::strerror(errno));
 }
 
 }  // namespace isopach
