@@ -5,7 +5,8 @@
 
 namespace isopach::cli {
 
-/// Also turns SIGPIPE and SIGXFSZ into failures of the write that would have raised them.
+/// Also ends an abort of a library in one line with exit code 1, and turns SIGPIPE and SIGXFSZ into failures of the
+/// write that would have raised them.
 void catch_interrupts();
 
 /// The end of a program whose standard output has lost its reader, as shells know it; nothing is said.

@@ -142,7 +142,7 @@ class Faults(CliTest):
                 self.check_failure(run, what)
                 now = self.contents("out")
                 if any(n.startswith(".isopach-") for n in now):  # what could not be removed, the next run removes
-                    self.assertIn(kind, ["remove", "open", "thread"], what)
+                    self.assertIn(kind, ["remove", "open", "thread", "memory"], what)
                     self.sweep()
                     now = self.contents("out")
                 self.assertEqual(now, after if run.returncode == 0 else before, what)
@@ -166,7 +166,7 @@ class Faults(CliTest):
                     else:
                         self.check_failure(run, what)
                         self.assertEqual(self.path(target).read_bytes(), after if run.returncode == 0 else b"before", what)
-                    if deed == "kill" or kind in ["remove", "open", "thread"]:
+                    if deed == "kill" or kind in ["remove", "open", "thread", "memory"]:
                         self.run_cli(*words)  # the next run sweeps
                     self.assertFalse([p.name for p in self.folder.iterdir() if p.name.startswith(".isopach")], what)
 

@@ -216,8 +216,9 @@ void write_atomically(const std::string& target, const std::function<void(const 
     put_in_place(unfinished, final_path, target);
   } catch (const Error& failure) {
     remove_unfinished(unfinished.path);
-    if (failure.code() == ExitCode::interrupted) throw;
-    throw Error(failure.code(), place_of(failure.what()));
+    const std::string message = place_of(failure.what());
+    if (message == failure.what()) throw;
+    throw Error(failure.code(), message);
   } catch (...) {
     remove_unfinished(unfinished.path);
     throw;

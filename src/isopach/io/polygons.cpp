@@ -48,8 +48,8 @@ std::string name_of(const OGRFeature& feature, std::size_t number) {
 
 // Drivers of files that hold all there is to them (a Shapefile with its parts). Not among them: those that open other
 // files or addresses which a file names (VRT, GML and its schemas, services of the web).
-constexpr std::array<const char*, 8> polygon_drivers{"GeoJSON", "GeoJSONSeq", "GPKG",         "ESRI Shapefile",
-                                                     "KML",     "FlatGeobuf", "MapInfo File", nullptr};
+constexpr std::array<const char*, 9> polygon_drivers{"CSV", "GeoJSON",    "GeoJSONSeq",   "GPKG", "ESRI Shapefile",
+                                                     "KML", "FlatGeobuf", "MapInfo File", nullptr};
 
 CPLHTTPResult* no_answer(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc, void*, void*) {
   auto* const result = static_cast<CPLHTTPResult*>(CPLCalloc(1, sizeof(CPLHTTPResult)));
