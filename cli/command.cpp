@@ -15,6 +15,8 @@
 #include "cli/interrupt.hpp"
 #include "cli/terminal.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/base/thread_limit.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach::cli {
@@ -278,12 +280,47 @@ bool Command::parse(const Arguments& arguments) {
   return false;
 }
 
+namespace {
+
+/// 2500, 40k, 1.5G: bytes; k, M, G, T are powers of 1000.
+std::uint64_t parse_size(const std::string& text, const char* option) {
+  constexpr std::string_view units = "kMGT";
+  std::string number = text;
+  double factor = 1;
+  if (const std::size_t unit = number.empty() ? units.npos : units.find(number.back()); unit != units.npos) {
+    factor = std::pow(1000.0, static_cast<double>(unit + 1));
+    number.pop_back();
+  }
+  double value = 0;
+  if (!read_all(number, value) || !(value * factor >= 1) || !(value * factor < 9e18))
+    throw UsageError(fmt::format("{}: '{}' is not a number of bytes, like 2500, 40k or 1.5G", option, text));
+  return static_cast<std::uint64_t>(value * factor);
+}
+
+/// Whoever asks for N threads is told if there cannot be so many; "all cores" are as many as there can be.
+int threads_of(int asked) {
+  const int wanted = asked > 0 ? asked : all_cores(), possible = 1 + startable_threads(wanted - 1);
+  if (possible >= wanted) return asked;
+  if (asked > 0)
+    throw Error(ExitCode::internal,
+                fmt::format("--threads {}: only {} can be started here, by its limits of processes or of memory: ask "
+                            "for fewer",
+                            asked, possible));
+  return possible;
+}
+
+}  // namespace
+
 void add_run_options(Command& command, RunOptions& options) {
   command.heading("Run");
   command
       .option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
       ->check(whole_number(0, 4096))
       ->capture_default_str();
+  command.option_with(
+      "--max-input", "SIZE", [](const std::string& text) { set_max_input(parse_size(text, "--max-input")); },
+      "Most bytes of one input file, or of what comes through a pipe: a number, or one with k, M, G or T (default half "
+      "of the memory)");
   command.choice<ProgressKind>("--progress", options.progress,
                                {{"auto", ProgressKind::automatic},
                                 {"bar", ProgressKind::bar},
@@ -304,7 +341,7 @@ void add_seed(Command& command, std::uint64_t& seed) {
 
 Run::Run(const RunOptions& options, std::uint64_t seed)
     : quiet_(options.quiet), progress_(options.quiet ? ProgressKind::none : options.progress, options.verbose) {
-  context_.threads = options.threads;
+  context_.threads = threads_of(options.threads);
   context_.seed = seed;
   context_.cancelled = &interrupted();
   context_.progress = [this](std::string_view stage, double fraction) { progress_.step(stage, fraction); };

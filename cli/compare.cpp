@@ -157,10 +157,10 @@ void add_measure_options(Command& command, Request& request) {
               "Alpha shape: triangles of a scan with a circumradius above this, in the unit of x and y, are no part of "
               "it (default: any)")
       ->check(positive());
-  command.option(
-      "--include", "POLYGONS", options.area.include,
-      "Measure inside these polygons alone, cells cut exactly; GeoJSON or any vector file, in the x and y of "
-      "the scans; repeatable. Each polygon gets a row of volumes (budget.csv)");
+  command.option("--include", "POLYGONS", options.area.include,
+                 "Measure inside these polygons alone, cells cut exactly; GeoJSON, GeoPackage, Shapefile, KML or "
+                 "FlatGeobuf, in the x and y of "
+                 "the scans; repeatable. Each polygon gets a row of volumes (budget.csv)");
   command.option("--exclude", "POLYGONS", options.area.exclude, "Do not measure inside these polygons; repeatable");
   command.option("--budget", "POLYGONS", options.area.budget,
                  "A row of volumes for each of these polygons; what is measured stays as it is; repeatable");

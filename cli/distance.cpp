@@ -1,6 +1,7 @@
 // isopach distance A B
 #include <fmt/core.h>
 
+#include <filesystem>
 #include <memory>
 #include <sstream>
 
@@ -143,13 +144,17 @@ void add_output_options(Command& command, Request& request) {
                               "Of points_a, points_b and core_points");
 }
 
-bool is_las(const Cloud& cloud) { return cloud.format == "las" || cloud.format == "laz"; }
+/// Can its records be copied? What came through a pipe cannot be read again.
+bool is_las_file(const Cloud& cloud) {
+  std::error_code error;
+  return (cloud.format == "las" || cloud.format == "laz") && std::filesystem::is_regular_file(cloud.path, error);
+}
 
 /// LAS in gives LAS out with everything the file had; the format asked for beside it, unless it is the same.
 void write_scan(const Cloud& cloud, const std::vector<Attribute>& fields, const std::string& name,
                 const Request& request, OutputFolder& folder, const Context& context) {
   if (fields.empty()) return;
-  const bool copies = is_las(cloud);
+  const bool copies = is_las_file(cloud);
   if (copies) write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), fields, context);
   if (!copies || request.format != "las")
     write_distance_points(folder.path(name + "." + request.format), cloud, fields, context);

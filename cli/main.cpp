@@ -1,5 +1,6 @@
 // isopach <verb> ...: finds the verb, runs it, and turns every failure into one line on stderr and an exit code.
 #include <fmt/core.h>
+#include <unistd.h>
 
 #include <cstdio>
 #include <exception>
@@ -10,6 +11,7 @@
 #include "cli/terminal.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach::cli {
@@ -73,8 +75,23 @@ int fail(ExitCode code, const std::string& message) {
   for (char& c : line)
     if (c == '\n' || c == '\r') c = ' ';
   std::fflush(stdout);
-  write_message(fmt::format("isopach: {}\n", printable(line)));
+  write_message(fmt::format("isopach: {}\n", printable(place_of(line))));
   return static_cast<int>(code);
+}
+
+/// What nothing can catch, such as a thread that oneTBB cannot start: one line and the exit code of a failure inside.
+/// The unfinished folder is left to the next run.
+[[noreturn]] void end_without_stack() noexcept {
+  std::string cause = "no cause given";
+  try {
+    if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
+  } catch (const std::exception& error) {
+    cause = error.what();
+  } catch (...) {
+  }
+  write_message(fmt::format("isopach: ended by a limit of this machine ({}): use fewer --threads, or raise the limit\n",
+                            printable(cause)));
+  _exit(static_cast<int>(ExitCode::internal));
 }
 
 }  // namespace
@@ -83,10 +100,13 @@ int fail(ExitCode code, const std::string& message) {
 int main(int argc, char** argv) {
   using isopach::ExitCode;
   isopach::cli::catch_interrupts();
+  std::set_terminate(isopach::cli::end_without_stack);
   try {
     const int code = isopach::cli::run({argv + 1, argv + argc});
-    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0)
+    if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+      if (isopach::cli::has_no_reader(STDOUT_FILENO)) isopach::cli::end_by_broken_pipe();
       return isopach::cli::fail(ExitCode::internal, "cannot write to standard output: is the disk full?");
+    }
     return code;
   } catch (const isopach::Error& error) {
     return isopach::cli::fail(error.code(), error.what());

@@ -1,15 +1,12 @@
 #include "cli/output.hpp"
 
 #include <fmt/core.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <cmath>
-#include <fstream>
-#include <nlohmann/json.hpp>
 
 #include "cli/deliver.hpp"
-#include "cli/input_words.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/map.hpp"
 #include "isopach/report/matched.hpp"
@@ -17,121 +14,7 @@
 #include "isopach/report/text.hpp"
 
 namespace isopach::cli {
-namespace fs = std::filesystem;
-
-namespace {
-
-/// What an earlier run says in `record` that it wrote; nothing where that is no record of isopach.
-std::vector<std::string> outputs_of(const fs::path& record) {
-  std::error_code error;
-  if (!fs::is_regular_file(record, error)) return {};
-  std::ifstream file(record, std::ios::binary);
-  const nlohmann::json json = nlohmann::json::parse(file, nullptr, false);
-  if (!json.is_object()) return {};
-  const auto schema = json.find("schema"), outputs = json.find("outputs");
-  if (schema == json.end() || !schema->is_string() || schema->get<std::string>().rfind("isopach.", 0) != 0) return {};
-  if (outputs == json.end() || !outputs->is_array()) return {};
-  std::vector<std::string> names;
-  for (const nlohmann::json& name : *outputs)
-    if (name.is_string()) names.push_back(name.get<std::string>());
-  return names;
-}
-
-/// A name within the folder, and no way out of it.
-bool is_plain_name(const std::string& name) {
-  return !name.empty() && name != "." && name != ".." && name.find_first_of("/\\:") == std::string::npos &&
-         name.find('\0') == std::string::npos;
-}
-
-bool is_named(const fs::path& file, const std::vector<std::string>& words) {
-  return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
-    std::error_code error;
-    return fs::equivalent(word, file, error) && !error;
-  });
-}
-
-bool holds(const std::vector<std::string>& names, const std::string& name) {
-  return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-/// Names that the record of an earlier run lists and this one does not write, of regular files that are no input of
-/// this one.
-std::vector<std::string> left_over(const fs::path& folder, const std::string& record,
-                                   const std::vector<std::string>& written) {
-  const std::vector<std::string>& words = input_words();
-  std::vector<std::string> names;
-  if (is_named(folder, words)) return names;  // a folder of scans that gets its own result
-  for (const std::string& name : outputs_of(folder / record)) {
-    if (!is_plain_name(name) || holds(written, name)) continue;
-    std::error_code error;
-    if (!fs::is_regular_file(fs::symlink_status(folder / name, error)) || error) continue;
-    if (!is_named(folder / name, words)) names.push_back(name);
-  }
-  return names;
-}
-
-}  // namespace
-
-OutputFolder::OutputFolder(const std::string& folder)
-    : folder_(folder), staging_(folder_ / fmt::format(".isopach-{}", getpid())) {
-  std::error_code error;
-  if (fs::exists(folder_, error) && !fs::is_directory(folder_, error))
-    throw UsageError(fmt::format("--output {}: is a file, not a folder", folder));
-  std::vector<fs::path> missing;
-  for (fs::path p = fs::absolute(folder_).lexically_normal(); !p.empty() && !fs::exists(p, error); p = p.parent_path())
-    missing.push_back(p);
-  made_.assign(missing.rbegin(), missing.rend());
-  fs::create_directories(staging_, error);
-  if (error) {
-    for (auto p = made_.rbegin(); p != made_.rend(); ++p) fs::remove(*p, error);
-    throw UsageError(fmt::format("--output {}: cannot be written to; choose another folder", folder));
-  }
-}
-
-OutputFolder::~OutputFolder() {
-  std::error_code ignored;
-  fs::remove_all(staging_, ignored);
-  for (auto p = made_.rbegin(); p != made_.rend(); ++p) fs::remove(*p, ignored);  // removes empty folders only
-}
-
-std::string OutputFolder::path(const std::string& name) {
-  names_.push_back(name);
-  return (staging_ / name).string();
-}
-
-void OutputFolder::write_text(const std::string& name, const std::string& text) { write_text_file(path(name), text); }
-
-// A folder holds one result: the files that an earlier run listed in its record and this one does not write go. Nothing
-// else is ever removed: no file outside the folder, no folder, no link, no input of this run. The record is put in
-// place last, so that a run that is cut short leaves the old list.
-void OutputFolder::commit() {
-  const std::string record = holds(names_, "result.json") ? "result.json" : "truth.json";  // of simulate
-  const auto put = [&](const std::string& name) {
-    std::error_code error;
-    fs::rename(staging_ / name, folder_ / name, error);
-    if (error)
-      throw UsageError(fmt::format("--output {}: {} cannot be put there: {}", folder_.string(), name, error.message()));
-  };
-  for (const std::string& name : names_)
-    if (name != record) put(name);
-  for (const std::string& name : left_over(folder_, record, names_)) {
-    std::error_code error;
-    fs::remove(folder_ / name, error);
-    if (error)
-      throw UsageError(fmt::format("--output {}: {} of an earlier result cannot be removed: {}; choose another folder",
-                                   folder_.string(), name, error.message()));
-  }
-  if (holds(names_, record)) put(record);
-}
-
-void write_text_file(const std::string& path, const std::string& text) {
-  write_atomically(path, [&](const std::string& temporary) {
-    std::ofstream file(temporary, std::ios::binary);
-    file << text;
-    file.close();
-    if (!file) throw UsageError(fmt::format("{}: cannot be written: is the folder there and the disk not full?", path));
-  });
-}
+void write_text_file(const std::string& path, const std::string& text) { write_text_atomically(path, text); }
 
 double Stopwatch::lap() {
   const auto now = std::chrono::steady_clock::now();
@@ -178,13 +61,17 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
 
 namespace {
 
-bool is_las(const Cloud& cloud) { return cloud.format == "las" || cloud.format == "laz"; }
+/// Can its records be copied? What came through a pipe cannot be read again.
+bool is_las_file(const Cloud& cloud) {
+  std::error_code error;
+  return (cloud.format == "las" || cloud.format == "laz") && std::filesystem::is_regular_file(cloud.path, error);
+}
 
 /// points_a.ply, and for LAS input points_a.las with the same fields as extra bytes.
 void write_scan(const Cloud& cloud, const PointFields& fields, const std::string& name, OutputFolder& folder,
                 const Context& context) {
   write_points(folder.path(name + ".ply"), cloud, fields, context);
-  if (!is_las(cloud)) return;
+  if (!is_las_file(cloud)) return;
   write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
 }
 

@@ -13,14 +13,17 @@
 
 namespace isopach::cli {
 
-/// Files are written to a folder beside their place and renamed by commit(). Without it (a failure, Ctrl-C) the
-/// destructor removes them, and every folder that was made for them.
+/// Files are written to a folder within the one they are for and renamed by commit(). Without it (a failure, Ctrl-C)
+/// the destructor removes them, and every folder that was made for them. What a killed run left is finished or removed
+/// by the next run into the folder, in the constructor: a commit that was decided is finished, all else goes. While an
+/// OutputFolder lives it holds a lock on the folder.
 ///
 /// A folder holds one result: commit() removes the files that an earlier run listed (`outputs` of its result.json; of
 /// simulate, which writes none, of truth.json) and this one does not write. Nothing else is ever removed: no file
 /// outside the folder, no folder, no link, no input of this run.
 class OutputFolder {
  public:
+  /// Errors: UsageError where the folder may not be written to or another run is writing into it.
   explicit OutputFolder(const std::string& folder);
   ~OutputFolder();
   OutputFolder(const OutputFolder&) = delete;
@@ -29,7 +32,10 @@ class OutputFolder {
   /// Where to write the file that will be called `name`.
   [[nodiscard]] std::string path(const std::string& name);
   void write_text(const std::string& name, const std::string& text);
-  /// Errors: UsageError where a file cannot be put in its place, or one of an earlier result not be removed.
+  /// All or nothing, and for good: when it returns, the files are on the disk. A failure puts the earlier result back;
+  /// after a kill at any moment the earlier result, or the new one, or a folder without a record (result.json) that
+  /// the next run makes the new one. Errors: UsageError where a folder has the name of a file, Error (exit 1) from the
+  /// disk. Test: tests/cli/commit_test.py.
   void commit();
 
   [[nodiscard]] const std::vector<std::string>& names() const { return names_; }
@@ -40,6 +46,10 @@ class OutputFolder {
   std::filesystem::path folder_, staging_;
   std::vector<std::filesystem::path> made_;  ///< folders that were not there before, outermost first
   std::vector<std::string> names_;
+  int lock_ = -1;           ///< the folder, open and locked
+  bool half_done_ = false;  ///< a commit was begun and is neither done nor taken back
+
+  void clear() noexcept;
 };
 
 /// Text to a file, whole or not at all.

@@ -8,6 +8,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <iomanip>
 #include <sstream>
 
 #include "cli/command.hpp"
@@ -181,7 +182,8 @@ Pose read_pose(const std::string& path, const std::string& option) {
     throw InputError(fmt::format("{}: cannot be opened: {} wants a file of four lines of four numbers", path, option));
   Pose pose;
   std::size_t count = 0;
-  for (std::string word; file >> word; ++count) {
+  constexpr int longest = 400;  // of a number as text; what has no blanks may have no end either
+  for (std::string word; file >> std::setw(longest) >> word; ++count) {
     const std::optional<double> value = number(word);
     if (!value)
       throw InputError(

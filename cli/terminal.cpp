@@ -1,5 +1,7 @@
 #include "cli/terminal.hpp"
 
+#include <poll.h>
+
 #include <cstdio>
 
 namespace isopach::cli {
@@ -25,6 +27,11 @@ std::string printable(std::string_view text) {
 void write_message(std::string_view text) {
   std::fwrite(text.data(), 1, text.size(), stderr);
   std::fflush(stderr);
+}
+
+bool has_no_reader(int descriptor) {
+  pollfd pipe{descriptor, 0, 0};
+  return ::poll(&pipe, 1, 0) == 1 && (pipe.revents & POLLERR) != 0;
 }
 
 }  // namespace isopach::cli

@@ -13,4 +13,7 @@ namespace isopach::cli {
 /// still tells how the run ended.
 void write_message(std::string_view text);
 
+/// Is this a pipe whose other end is closed?
+[[nodiscard]] bool has_no_reader(int descriptor);
+
 }  // namespace isopach::cli

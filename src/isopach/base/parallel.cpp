@@ -1,10 +1,17 @@
 #include "isopach/base/parallel.hpp"
 
+#include <pthread.h>
+
+#include <algorithm>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "isopach/base/thread_limit.hpp"
+
 #if defined(ISOPACH_STD_THREADS)
 #include <atomic>
 #include <exception>
-#include <mutex>
-#include <thread>
 #else
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/task_arena.h>
@@ -91,5 +98,34 @@ void run_with_threads(int threads, const std::function<void()>& work) {
 int thread_count() { return oneapi::tbb::this_task_arena::max_concurrency(); }
 
 #endif
+
+namespace {
+
+constexpr std::size_t stack_bytes = std::size_t{4} << 20;  // that of oneTBB's workers
+
+void* wait_at(void* gate) {
+  const std::lock_guard<std::mutex> open(*static_cast<std::mutex*>(gate));
+  return nullptr;
+}
+
+}  // namespace
+
+int startable_threads(int wanted) {
+  pthread_attr_t attributes;
+  if (pthread_attr_init(&attributes) != 0) return 0;
+  pthread_attr_setstacksize(&attributes, stack_bytes);
+  std::vector<pthread_t> threads;
+  threads.reserve(static_cast<std::size_t>(std::max(wanted, 0)));
+  std::mutex gate;
+  gate.lock();  // none ends before all are there
+  for (pthread_t thread{}; static_cast<int>(threads.size()) < wanted; threads.push_back(thread))
+    if (pthread_create(&thread, &attributes, wait_at, &gate) != 0) break;
+  gate.unlock();
+  for (const pthread_t thread : threads) pthread_join(thread, nullptr);
+  pthread_attr_destroy(&attributes);
+  return static_cast<int>(threads.size());
+}
+
+int all_cores() { return static_cast<int>(std::max(1U, std::thread::hardware_concurrency())); }
 
 }  // namespace isopach

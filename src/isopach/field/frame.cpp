@@ -18,7 +18,7 @@ namespace {
 __extension__ using Int128 = __int128;
 
 // Largest side of the joint box. The in-circle determinant is of degree 4 in it and must stay a finite double.
-constexpr double max_extent = 1e60;
+constexpr double max_extent = 1e60, min_extent = 1e-60;
 
 // Smallest k with 2^k >= x > 0.
 int ceil_log2(double x) {
@@ -214,6 +214,11 @@ Frame choose_frame(const Cloud& a, const Cloud& b, const Pose& pose_b, const Pro
   if (!(largest_side(box) <= max_extent))
     throw InputError(fmt::format("{} and {}: the coordinates spread over {}, the most is {}; drop the outliers (crop)",
                                  cloud_name(a), cloud_name(b), largest_side(box), max_extent));
+  if (largest_side(box) > 0 && largest_side(box) < min_extent)
+    throw InputError(fmt::format(
+        "{} and {}: the coordinates spread over {} alone, the least is {}, below which areas and volumes are "
+        "lost to rounding; write them in a smaller unit",
+        cloud_name(a), cloud_name(b), largest_side(box), min_extent));
   context.check();
   Frame frame;
   frame.origin = {exact_origin(box.min.x, box.max.x), exact_origin(box.min.y, box.max.y),

@@ -12,7 +12,6 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/io/crs.hpp"
-#include "isopach/io/mapped_file.hpp"
 #include "isopach/io/raster.hpp"
 #include "isopach/io/scan.hpp"
 
@@ -130,9 +129,8 @@ bool is_ascii_grid(std::string_view head) {
   return (name == "ncols" || name == "nrows") && scan_number(p, p + first[1].size(), value);
 }
 
-Cloud read_ascii_grid(const std::string& path, const Context& context) {
-  const MappedFile file(path);
-  Reader reader(as_text(file.bytes()), path);
+Cloud read_ascii_grid(std::span<const char> bytes, const std::string& path, const Context& context) {
+  Reader reader(as_text(bytes), path);
   Cloud cloud;
   cloud.path = path;
   cloud.format = "raster";

@@ -2,6 +2,7 @@
 // GDAL, whose older versions refuse a grid that starts with "nan" and take memory for as many rows as the header
 // promises.
 #pragma once
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -16,6 +17,6 @@ namespace isopach {
 /// One point at the centre of each cell with data; no-data cells and cells that are not finite are counted. CRS and
 /// unit from a .prj file beside it, if there is one. Throws InputError: header incomplete, fewer or more numbers than
 /// cells.
-[[nodiscard]] Cloud read_ascii_grid(const std::string& path, const Context& context);
+[[nodiscard]] Cloud read_ascii_grid(std::span<const char> bytes, const std::string& path, const Context& context);
 
 }  // namespace isopach

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <cstdio>
 #include <cstring>
@@ -11,9 +12,10 @@
 #include <memory>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/io/las_format.hpp"
 #include "isopach/io/laz.hpp"
-#include "isopach/io/mapped_file.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/scan.hpp"
 
 namespace isopach {
@@ -135,24 +137,20 @@ struct Frame {
 
 using Fill = std::function<void(std::size_t begin, std::size_t count, char* records)>;
 
-[[noreturn]] void fail_to_write(const std::string& path) {
-  throw Error(ExitCode::internal,
-              fmt::format("{}: cannot be written: check the folder and the space left on the disk", path));
-}
-
-void write_plain(const std::string& path, const Frame& frame, const Fill& fill, const Context& context) {
-  std::ofstream out(path, std::ios::binary);
-  out.write(frame.head.data(), static_cast<std::streamsize>(frame.head.size()));
+// `name`: that of the file in messages.
+void write_plain(const std::string& path, const std::string& name, const Frame& frame, const Fill& fill,
+                 const Context& context) {
+  OutputFile out(path, name);
+  out.write(frame.head);
   Array<char> block;
   for (std::size_t first = 0; first < frame.count; first += records_at_once) {
     context.step("write", static_cast<double>(first) / static_cast<double>(frame.count));
     const std::size_t count = std::min(records_at_once, frame.count - first);
     block.resize(count * frame.record_length);
     fill(first, count, block.data());
-    out.write(block.data(), static_cast<std::streamsize>(block.size()));
+    out.write({block.data(), block.size()});
   }
   out.close();
-  if (!out) fail_to_write(path);
 }
 
 void append_tail(const std::string& path, const Frame& frame) {
@@ -167,7 +165,7 @@ void append_tail(const std::string& path, const Frame& frame) {
   if (frame.waveforms_in_tail != std::string::npos) patch(227, start + frame.waveforms_in_tail);
   if (frame.head[25] >= 4) patch(235, start), patch(243, frame.tail_records);
   out.close();
-  if (!out) fail_to_write(path);
+  if (!out) fail_to_write(path, std::strerror(errno));
 }
 
 void write_frame(const std::string& path, const Frame& frame, const Fill& fill, const Context& context) {
@@ -178,10 +176,10 @@ void write_frame(const std::string& path, const Frame& frame, const Fill& fill, 
         const std::string& name;
         ~Remover() { std::remove(name.c_str()); }
       } remover{plain};
-      write_plain(plain, frame, fill, context);
+      write_plain(plain, path, frame, fill, context);
       compress_las(plain, temporary, frame.count, context);
     } else {
-      write_plain(temporary, frame, fill, context);
+      write_plain(temporary, path, frame, fill, context);
     }
     append_tail(temporary, frame);
   });
@@ -359,8 +357,13 @@ Frame copied_frame(const LasFile& file, std::span<const Attribute> fields, const
 bool is_las(std::string_view head) { return head.substr(0, 4) == "LASF"; }
 
 Cloud read_las(const std::string& path, const ReadOptions& options, const Context& context) {
-  const MappedFile mapped(path);
-  const LasFile file = parse_las(mapped.bytes(), path);
+  InputFile file(path, context);
+  return read_las(file.bytes(), path, options, context);
+}
+
+Cloud read_las(std::span<const char> bytes, const std::string& path, const ReadOptions& options,
+               const Context& context) {
+  const LasFile file = parse_las(bytes, path);
   if (file.count == 0) throw InputError(fmt::format("{}: the file holds no points: choose one that does", path));
   Cloud cloud;
   cloud.path = path;
@@ -376,8 +379,9 @@ Cloud read_las(const std::string& path, const ReadOptions& options, const Contex
 LasStorage las_storage(const std::string& path) {
   constexpr std::array types{"undocumented", "uint8",  "int8",  "uint16", "int16", "uint32",
                              "int32",        "uint64", "int64", "float",  "double"};
-  const MappedFile mapped(path);
-  const LasFile file = parse_las(mapped.bytes(), path);
+  const Context nobody_stops;
+  InputFile input(path, nobody_stops);
+  const LasFile file = parse_las(input.bytes(), path);
   LasStorage storage{file.minor, file.format, file.scale, {}};
   const std::string all = las_descriptors(file);
   for (std::size_t i = 0; i < all.size(); i += las_descriptor_length) {
@@ -429,8 +433,8 @@ void write_las(const std::string& path, const Cloud& cloud, const Context& conte
 
 void write_las_with_fields(const std::string& source, const std::string& target, std::span<const Attribute> fields,
                            const Context& context) {
-  const MappedFile mapped(source);
-  const LasFile file = parse_las(mapped.bytes(), source);
+  InputFile input(source, context);
+  const LasFile file = parse_las(input.bytes(), source);
   for (const Attribute& field : fields)
     if (field.values.size() != file.count)
       throw InputError(fmt::format("{}: it holds {} points, the field {} has {} values: give one value for each point",

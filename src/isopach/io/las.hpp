@@ -1,7 +1,8 @@
-// LAS, LAZ and COPC files (ASPRS LAS 1.0 to 1.5, point formats 0 to 10). Plain files are read in parallel from a memory
-// map; compressed ones, COPC included, by LASzip from the first point to the last.
+// LAS, LAZ and COPC files (ASPRS LAS 1.0 to 1.5, point formats 0 to 10). Plain files are decoded in parallel;
+// compressed ones, COPC included, by LASzip from the first point to the last.
 #pragma once
 #include <array>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,9 @@ namespace isopach {
 /// Throws InputError: damaged or cut short, unknown version or format, no points. Oracle:
 /// LasTest.CompressedEqualsPlain.
 [[nodiscard]] Cloud read_las(const std::string& path, const ReadOptions& options, const Context& context);
+/// The same of a file that is in memory; `path` is its name.
+[[nodiscard]] Cloud read_las(std::span<const char> bytes, const std::string& path, const ReadOptions& options,
+                             const Context& context);
 
 /// Writes LAS 1.4, compressed if the name ends with .laz: point format 6, or 7 if there are colours. They are the
 /// formats whose classification has 8 bits and whose CRS is well-known text, and that hold more than 2^32 points. An

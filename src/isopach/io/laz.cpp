@@ -4,11 +4,16 @@
 #include <laszip/laszip_api.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <cstring>
+#include <fstream>
+#include <istream>
 #include <optional>
 #include <sstream>
+#include <streambuf>
 
 #include "isopach/base/error.hpp"
+#include "isopach/io/output_file.hpp"
 
 namespace isopach {
 namespace {
@@ -35,13 +40,15 @@ class Handle {
     reading_ = laszip_open_reader(pointer_, path.c_str(), &compressed) == 0;
     return reading_;
   }
+  /// The stream must outlive the reader.
   [[nodiscard]] bool open_reader(std::istream& stream) {
     laszip_BOOL compressed = 0;
     reading_ = laszip_open_reader_stream(pointer_, stream, &compressed) == 0;
     return reading_;
   }
-  [[nodiscard]] bool open_writer(const std::string& path) {
-    writing_ = laszip_open_writer(pointer_, path.c_str(), 1) == 0;
+  /// The stream must outlive the writer, and be looked at when it is closed: LASzip does not notice lost writes.
+  [[nodiscard]] bool open_writer(std::ostream& stream) {
+    writing_ = laszip_open_writer_stream(pointer_, stream, 1, 0) == 0;
     return writing_;
   }
   [[nodiscard]] bool close_writer() {
@@ -59,6 +66,27 @@ class Handle {
  private:
   laszip_POINTER pointer_ = nullptr;
   bool reading_ = false, writing_ = false;
+};
+
+// Bytes that are in memory, as a stream that LASzip can read and seek in.
+class BytesBuffer : public std::streambuf {
+ public:
+  explicit BytesBuffer(std::span<const char> bytes) {
+    char* const begin = const_cast<char*>(bytes.data());  // streams that only read take it so
+    setg(begin, begin, begin + bytes.size());
+  }
+
+ protected:
+  pos_type seekoff(off_type by, std::ios_base::seekdir from, std::ios_base::openmode) override {
+    const off_type size = egptr() - eback();
+    const off_type at = by + (from == std::ios_base::beg ? 0 : from == std::ios_base::end ? size : gptr() - eback());
+    if (at < 0 || at > size) return pos_type(off_type(-1));
+    setg(eback(), eback() + at, egptr());
+    return pos_type(at);
+  }
+  pos_type seekpos(pos_type at, std::ios_base::openmode mode) override {
+    return seekoff(off_type(at), std::ios_base::beg, mode);
+  }
 };
 
 // Items of LASzip's own record, by type: 0 extra bytes, 6-9 point/time/colour/waveform of formats 0-5, 10-14 of 6-10.
@@ -263,12 +291,14 @@ void pack(const laszip_point& p, int format, std::size_t length, char* record) {
 }  // namespace
 
 struct LazReader::State {
-  State(const std::string& name, const LasFile& las) : path(name), file(las) {}
+  State(const std::string& name, const LasFile& las) : path(name), file(las), buffer(las.bytes), whole(&buffer) {}
   std::string path;
   const LasFile& file;
   std::vector<Chunk> chunks;  // empty unless layered
   std::size_t next_chunk = 0, left = 0, done = 0;
-  std::istringstream stream;
+  BytesBuffer buffer;
+  std::istream whole;          // the file
+  std::istringstream chunked;  // of one chunk
   std::optional<Handle> laszip;
   laszip_point* point = nullptr;
 
@@ -276,12 +306,12 @@ struct LazReader::State {
     laszip.emplace();
     bool good = true;
     if (chunks.empty()) {
-      good = laszip->open_reader(path);
+      good = laszip->open_reader(whole);
       left = file.count;
     } else {
       const Chunk& chunk = chunks[next_chunk++];
-      stream = std::istringstream(file_of_chunk(file, chunk));
-      good = laszip->open_reader(stream);
+      chunked = std::istringstream(file_of_chunk(file, chunk));
+      good = laszip->open_reader(chunked);
       left = chunk.points;
     }
     if (!good || laszip_get_point_pointer(laszip->get(), &point) != 0) fail(path, laszip->error());
@@ -310,9 +340,11 @@ void LazReader::next(char* record) {
 }
 
 void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {
+  std::ofstream out(laz, std::ios::binary);
+  if (!out) fail_to_write(laz, std::strerror(errno));
   Handle reader, writer;
   const auto check = [&](bool good, const Handle& handle) {
-    if (!good) throw Error(ExitCode::internal, fmt::format("{}: LASzip cannot write it ({})", laz, handle.error()));
+    if (!good) fail_to_write(laz, "LASzip: " + handle.error());
   };
   check(reader.open_reader(las), reader);
   laszip_header* header = nullptr;
@@ -322,7 +354,7 @@ void compress_las(const std::string& las, const std::string& laz, std::size_t co
   check(laszip_set_header(writer.get(), header) == 0, writer);
   check(laszip_preserve_generating_software(writer.get(), 1) == 0, writer);
   check(laszip_request_native_extension(writer.get(), 1) == 0, writer);
-  check(writer.open_writer(laz), writer);
+  check(writer.open_writer(out), writer);
   constexpr std::size_t block = 65536;
   for (std::size_t i = 0; i < count; ++i) {
     if (i % block == 0) context.step("write", static_cast<double>(i) / static_cast<double>(count));
@@ -331,6 +363,8 @@ void compress_las(const std::string& las, const std::string& laz, std::size_t co
     check(laszip_write_point(writer.get()) == 0, writer);
   }
   check(writer.close_writer(), writer);
+  out.close();
+  if (!out) fail_to_write(laz, std::strerror(errno));
 }
 
 }  // namespace isopach

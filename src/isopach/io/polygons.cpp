@@ -1,5 +1,7 @@
 #include "isopach/io/polygons.hpp"
 
+#include <cpl_conv.h>
+#include <cpl_http.h>
 #include <fmt/format.h>
 #include <gdal_priv.h>
 #include <ogr_geometry.h>
@@ -10,11 +12,12 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <memory>
 
 #include "isopach/base/error.hpp"
 #include "isopach/io/crs.hpp"
+#include "isopach/io/gdal_memory_file.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/io/raster.hpp"
 
 namespace isopach {
@@ -43,12 +46,57 @@ std::string name_of(const OGRFeature& feature, std::size_t number) {
   return std::to_string(number);
 }
 
+// Drivers of files that hold all there is to them (a Shapefile with its parts). Not among them: those that open other
+// files or addresses which a file names (VRT, GML and its schemas, services of the web).
+constexpr std::array<const char*, 9> polygon_drivers{"CSV", "GeoJSON",    "GeoJSONSeq",   "GPKG", "ESRI Shapefile",
+                                                     "KML", "FlatGeobuf", "MapInfo File", nullptr};
+
+CPLHTTPResult* no_answer(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc, void*, void*) {
+  auto* const result = static_cast<CPLHTTPResult*>(CPLCalloc(1, sizeof(CPLHTTPResult)));
+  result->nStatus = 1;
+  result->pszErrBuf = CPLStrdup("the network is not used");
+  return result;
+}
+
+// A CRS of GeoJSON may be a link, which GDAL would follow.
+void refuse_network() {
+  static const bool done = (CPLHTTPSetFetchCallback(no_answer, nullptr), true);
+  (void)done;
+}
+
+// A file or folder of polygons, opened once: what GDAL opens by its path, because parts may stand beside it, or bytes.
+class Source {
+ public:
+  explicit Source(const std::string& path) {
+    std::error_code error;
+    if (!std::filesystem::exists(path, error)) fail(path, "no such file: check the path");
+    // Not to be taken for an address or for polygons as text, which GDAL accepts in place of names.
+    opened_ = std::filesystem::absolute(path, error).string();
+    if (std::filesystem::is_directory(path, error)) return;
+    if (std::filesystem::is_regular_file(path, error) && std::filesystem::file_size(path, error) == 0)
+      fail(path, "the file is empty: choose one with polygons");
+    file_.emplace(path, context_);
+    if (file_->is_regular()) return;
+    memory_.emplace(file_->bytes());
+    opened_ = memory_->path();
+  }
+  [[nodiscard]] const std::string& opened() const { return opened_; }
+  [[nodiscard]] std::string_view text() const {
+    const std::span<const char> bytes = file_ ? file_->bytes() : std::span<const char>{};
+    return {bytes.data(), bytes.size()};
+  }
+
+ private:
+  Context context_;
+  std::string opened_;
+  mutable std::optional<InputFile> file_;  // reads its bytes when they are asked for
+  std::optional<GdalMemoryFile> memory_;
+};
+
 // GeoJSON says WGS 84 of everything that names no CRS, and so does GDAL: of coordinates in metres, too.
-bool names_its_crs(const std::string& path, GDALDataset& data) {
+bool names_its_crs(const Source& source, GDALDataset& data) {
   if (lower(data.GetDriverName()) != "geojson") return true;
-  std::ifstream in(path, std::ios::binary);
-  const std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-  return text.find("\"crs\"") != std::string::npos;
+  return source.text().find("\"crs\"") != std::string_view::npos;
 }
 
 class Reader {
@@ -140,16 +188,16 @@ void collect(const OGRGeometry& geometry, Polygon& to) {
 }  // namespace
 
 PolygonFile read_polygons(const std::string& path) {
-  std::error_code error;
-  if (!std::filesystem::exists(path, error)) fail(path, "no such file: check the path");
-  if (!std::filesystem::is_directory(path, error) && std::filesystem::file_size(path, error) == 0)
-    fail(path, "the file is empty: choose one with polygons");
+  const Source source(path);
   const GdalMessages messages;
   GDALAllRegister();
-  const Dataset data(GDALDataset::Open(path.c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY));
+  refuse_network();
+  const Dataset data(
+      GDALDataset::Open(source.opened().c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, polygon_drivers.data()));
   if (!data) {
     const std::string why = messages.failure().empty() ? "" : " (" + messages.failure() + ")";
-    fail(path, "this is no file of polygons that can be read" + why + ": use GeoJSON, GeoPackage or Shapefile");
+    fail(path, "this is no file of polygons that can be read" + why +
+                   ": use GeoJSON, GeoPackage, Shapefile, KML or FlatGeobuf");
   }
   PolygonFile file;
   file.path = path;
@@ -163,7 +211,7 @@ PolygonFile read_polygons(const std::string& path) {
     if (!messages.failure().empty()) fail(path, "it cannot be read (" + messages.failure() + "): mend the file");
   }
   reader.finish();
-  if (!file.crs.empty() && !names_its_crs(path, *data)) file.crs.clear();
+  if (!file.crs.empty() && !names_its_crs(source, *data)) file.crs.clear();
   return file;
 }
 

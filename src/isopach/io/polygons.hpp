@@ -1,5 +1,5 @@
-// Polygons from files: GeoJSON, and every vector format that GDAL reads (GeoPackage, Shapefile, KML, …); masks from
-// rasters. In the coordinates of the file: nothing is projected.
+// Polygons from files: GeoJSON, GeoPackage, Shapefile, KML, FlatGeobuf, MapInfo, none of which opens another file or
+// the network; masks from rasters. In the coordinates of the file: nothing is projected.
 #pragma once
 #include <optional>
 #include <string>

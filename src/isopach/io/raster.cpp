@@ -10,20 +10,22 @@
 #include <cctype>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 
 #include "isopach/io/ascii_grid.hpp"
 #include "isopach/io/crs.hpp"
+#include "isopach/io/gdal_memory_file.hpp"
+#include "isopach/io/input_file.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
 
 namespace isopach {
 namespace {
 
-constexpr std::size_t head_length = 512;
-// Deflate packs at most 1032 bytes into one, and blocks without data take 8 bytes for up to some 100 000 cells.
-constexpr double most_cells_per_byte = 20000;
+// Deflate packs at most 1032 bytes into one. What promises more cells than that is empty or constant nearly everywhere;
+// it is read up to a number of cells that every machine can hold.
+constexpr double most_cells_per_byte = 1032, always_read = 1e7;
 constexpr std::size_t cells_at_once = std::size_t{1} << 22;
 
 struct CloseDataset {
@@ -47,23 +49,16 @@ const char* driver_of(std::string_view head) {
   return nullptr;
 }
 
-std::string read_head(const std::string& path) {
-  std::ifstream in(path, std::ios::binary);
-  if (!in) fail(path, "cannot be opened", "check the path and its permissions");
-  std::string head(head_length, '\0');
-  in.read(head.data(), static_cast<std::streamsize>(head.size()));
-  head.resize(static_cast<std::size_t>(in.gcount()));
-  return head;
-}
-
 void check_size(const std::string& path, GDALDataset& data, double size) {
   int width = 0, height = 0;
   data.GetRasterBand(1)->GetBlockSize(&width, &height);
   const double cells = static_cast<double>(data.GetRasterXSize()) * data.GetRasterYSize();
   const double block = static_cast<double>(width) * height;
-  if (cells > most_cells_per_byte * size || block > most_cells_per_byte * size)
-    fail(path, fmt::format("the header promises {} by {} cells in blocks of {} by {}, the file has {:.0f} bytes",
-                           data.GetRasterXSize(), data.GetRasterYSize(), width, height, size));
+  if (std::max(cells, block) > std::max(most_cells_per_byte * size, always_read))
+    fail(path,
+         fmt::format("the header promises {} by {} cells in blocks of {} by {}, the file has {:.0f} bytes",
+                     data.GetRasterXSize(), data.GetRasterYSize(), width, height, size),
+         "get the file again, or crop it to where it has data, e.g. with gdal_translate -srcwin");
 }
 
 std::string unit_of_name(std::string name) {
@@ -150,13 +145,14 @@ Dataset create_tiff(const std::string& file, const RasterGrid& grid) {
                                 GDT_Float64, options.List()));
 }
 
-Cloud read_by_gdal(const std::string& path, const char* driver, const Context& context) {
-  const auto size = static_cast<double>(std::filesystem::file_size(path));
+// `opened`: where GDAL finds it; `size`: its bytes.
+Cloud read_by_gdal(const std::string& path, const std::string& opened, double size, const char* driver,
+                   const Context& context) {
   const GdalMessages messages;
   const ReportVerticalCrs vertical;
   GDALAllRegister();
   const char* const drivers[] = {driver, nullptr};
-  const Dataset data(GDALDataset::Open(path.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers));
+  const Dataset data(GDALDataset::Open(opened.c_str(), GDAL_OF_RASTER | GDAL_OF_READONLY, drivers));
   if (!data) fail(path, fmt::format("the raster cannot be opened ({})", messages.failure()));
   if (data->GetRasterCount() < 1) fail(path, "the raster has no bands", "choose a file that has heights");
   GDALRasterBand& band = *data->GetRasterBand(1);
@@ -173,6 +169,11 @@ Cloud read_by_gdal(const std::string& path, const char* driver, const Context& c
   if (const OGRSpatialReference* reference = data->GetSpatialRef()) set_crs(cloud, describe_crs(*reference));
   if (const std::string unit = unit_of_name(band.GetUnitType()); unit != "unknown") cloud.vertical_unit = unit;
   read_cells(band, messages, cloud, context);
+  return cloud;
+}
+
+Cloud not_empty(Cloud cloud) {
+  if (cloud.points.empty()) fail(cloud.path, "the raster holds no cells with data", "choose one that does");
   return cloud;
 }
 
@@ -202,13 +203,24 @@ Point3 cell_centre(const RasterGrid& grid, std::size_t column, std::size_t row, 
 }
 
 Cloud read_raster(const std::string& path, const ReadOptions&, const Context& context) {
-  const std::string head = read_head(path);
-  const char* const driver = driver_of(head);
-  if (driver == nullptr && !is_ascii_grid(head))
+  InputFile file(path, context);
+  const std::span<const char> head = file.head();
+  const char* const driver = driver_of({head.data(), head.size()});
+  if (driver == nullptr || !file.is_regular()) return read_raster(file.bytes(), path, context);
+  std::error_code error;
+  const auto size = static_cast<double>(std::filesystem::file_size(path, error));
+  if (error) fail(path, fmt::format("cannot be opened ({})", error.message()), "check the path");
+  return not_empty(read_by_gdal(path, path, size, driver, context));
+}
+
+Cloud read_raster(std::span<const char> bytes, const std::string& path, const Context& context) {
+  const std::string_view text(bytes.data(), bytes.size());
+  const char* const driver = driver_of(text);
+  if (driver == nullptr && !is_ascii_grid(text))
     fail(path, "this is not a raster that can be read", "use GeoTIFF or an ESRI ASCII grid");
-  Cloud cloud = driver != nullptr ? read_by_gdal(path, driver, context) : read_ascii_grid(path, context);
-  if (cloud.points.empty()) fail(path, "the raster holds no cells with data", "choose one that does");
-  return cloud;
+  if (driver == nullptr) return not_empty(read_ascii_grid(bytes, path, context));
+  const GdalMemoryFile file(bytes);
+  return not_empty(read_by_gdal(path, file.path(), static_cast<double>(bytes.size()), driver, context));
 }
 
 void write_raster(const std::string& path, const Cloud& cloud, const Context& context) {
@@ -223,9 +235,7 @@ void write_raster(const std::string& path, const Cloud& cloud, const Context& co
     const GdalMessages messages;
     Dataset data = create_tiff(temporary, grid);
     const auto check = [&](bool good) {
-      if (!good)
-        throw Error(ExitCode::internal,
-                    fmt::format("{}: cannot be written ({}): check the folder and the disk", path, messages.failure()));
+      if (!good) fail_to_write(path, messages.failure());
     };
     check(data != nullptr);
     std::array<double, 6> geotransform = grid.geotransform;

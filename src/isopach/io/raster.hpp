@@ -1,5 +1,6 @@
 // Height rasters: GeoTIFF, Erdas Imagine and Surfer grids, read by GDAL; ESRI ASCII grids. Band 1 holds the heights.
 #pragma once
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -18,6 +19,8 @@ namespace isopach {
 /// Throws InputError: not such a file, damaged, larger than its bytes can say, no cell with data.
 /// Oracle: RasterTest.RoundTripsThroughGeoTiff.
 [[nodiscard]] Cloud read_raster(const std::string& path, const ReadOptions& options, const Context& context);
+/// The same of a file that is in memory; `path` is its name. What may stand beside a file (.tfw, .aux.xml) is not seen.
+[[nodiscard]] Cloud read_raster(std::span<const char> bytes, const std::string& path, const Context& context);
 
 /// Has every cell a place of its own: are coordinates finite and is the centre of each corner cell found in that cell
 /// again? False where cells are smaller than what doubles resolve there, or where their size overflows.

@@ -7,9 +7,10 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/io/ascii_grid.hpp"
 #include "isopach/io/foreign.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/io/las.hpp"
-#include "isopach/io/mapped_file.hpp"
 #include "isopach/io/obj.hpp"
 #include "isopach/io/pcd.hpp"
 #include "isopach/io/ply.hpp"
@@ -68,7 +69,10 @@ Format find_format(const std::string& path, Bytes bytes) {
 }
 
 Cloud read_file(const std::string& path, const ReadOptions& options, const Context& context) {
-  const MappedFile file(path);
+  InputFile file(path, context);
+  // Only rasters are larger than what they hold in memory, and GDAL reads the files that may stand beside them.
+  if (file.is_regular() && is_raster(as_text(file.head())) && !is_ascii_grid(as_text(file.head())))
+    return read_raster(path, options, context);
   const Bytes bytes = file.bytes();
   switch (find_format(path, bytes)) {
     case Format::ply:
@@ -80,9 +84,9 @@ Cloud read_file(const std::string& path, const ReadOptions& options, const Conte
     case Format::pcd:
       return parse_pcd(bytes, path, options, context);
     case Format::las:
-      return read_las(path, options, context);
+      return read_las(bytes, path, options, context);
     case Format::raster:
-      return read_raster(path, options, context);
+      return read_raster(bytes, path, context);
     case Format::text:
       break;
   }

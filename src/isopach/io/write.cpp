@@ -1,14 +1,10 @@
 #include "isopach/io/write.hpp"
 
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
 #include <cassert>
-#include <cerrno>
 #include <cmath>
 #include <cstring>
 #include <filesystem>
@@ -19,6 +15,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/geom/vec.hpp"
 #include "isopach/io/las.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/raster.hpp"
 #include "isopach/io/scan.hpp"
 
@@ -26,44 +23,6 @@ namespace isopach {
 namespace {
 
 static_assert(std::endian::native == std::endian::little, "the binary formats are written in the machine's byte order");
-
-// ---- a file written in large pieces
-
-class OutputFile {
- public:
-  explicit OutputFile(const std::string& path) : path_(path) {
-    descriptor_ = ::open(path.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
-    if (descriptor_ < 0) fail();
-  }
-  ~OutputFile() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  OutputFile(const OutputFile&) = delete;
-  OutputFile& operator=(const OutputFile&) = delete;
-
-  void write(std::string_view bytes) {
-    while (!bytes.empty()) {
-      const ssize_t done = ::write(descriptor_, bytes.data(), bytes.size());
-      if (done < 0 && errno == EINTR) continue;
-      if (done < 0) fail();
-      bytes.remove_prefix(static_cast<std::size_t>(done));
-    }
-  }
-  void close() {
-    const int descriptor = descriptor_;
-    descriptor_ = -1;
-    if (::close(descriptor) != 0) fail();
-  }
-
- private:
-  [[noreturn]] void fail() const {
-    throw Error(ExitCode::internal,
-                fmt::format("{}: cannot be written ({}): check the disk", path_, std::strerror(errno)));
-  }
-
-  const std::string& path_;
-  int descriptor_ = -1;
-};
 
 // Rows are formatted in parallel, a wave of blocks at a time so that memory stays bounded, and written in order.
 // fill(begin, end, text) appends rows [begin, end) to `text`.
@@ -301,57 +260,7 @@ Writer find_writer(const std::string& path, const std::string& end, const Cloud&
       "{}: unknown extension: use .ply, .xyz, .txt, .csv, .las, .laz, .obj, .stl, .pcd, .npy or .tif", path));
 }
 
-// ---- whole or not at all
-
-[[noreturn]] void refuse(const std::string& target, const std::string& folder, int error) {
-  if (error == ENOENT || error == ENOTDIR)
-    throw UsageError(fmt::format("{}: the folder {} does not exist: create it first", target, folder));
-  if (error == EACCES || error == EPERM || error == EROFS)
-    throw UsageError(fmt::format("{}: the folder {} may not be written to: choose another", target, folder));
-  throw Error(ExitCode::internal,
-              fmt::format("{}: cannot be created ({}): check the disk", target, std::strerror(error)));
-}
-
-// Creates an empty file beside the target. The name keeps the target's extension, by which some writers choose a
-// format.
-std::string create_temporary(const std::filesystem::path& target) {
-  const std::filesystem::path folder = target.has_parent_path() ? target.parent_path() : ".";
-  for (int attempt = 0;; ++attempt) {
-    const std::string name = fmt::format(".{}-{}-{}", ::getpid(), attempt, target.filename().string());
-    const std::string path = (folder / name).string();
-    const int descriptor = ::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
-    if (descriptor >= 0) {
-      ::close(descriptor);
-      return path;
-    }
-    if (errno != EEXIST) refuse(target.string(), folder.string(), errno);
-  }
-}
-
 }  // namespace
-
-void write_atomically(const std::string& target, const std::function<void(const std::string& temporary)>& write) {
-  namespace fs = std::filesystem;
-  std::error_code error;
-  const fs::file_status status = fs::status(target, error);
-  if (fs::is_directory(status)) throw UsageError(fmt::format("{}: is a folder: name a file", target));
-  if (fs::exists(status) && !fs::is_regular_file(status)) {
-    write(target);  // a pipe or device: there is nothing to rename, and replacing it would be wrong
-    return;
-  }
-  const fs::path final_path = fs::is_symlink(target, error) ? fs::weakly_canonical(target, error) : fs::path(target);
-  const std::string temporary = create_temporary(final_path);
-  try {
-    write(temporary);
-    fs::rename(temporary, final_path, error);
-    if (error)
-      throw Error(ExitCode::internal,
-                  fmt::format("{}: cannot be put in place ({}): check the disk", target, error.message()));
-  } catch (...) {
-    fs::remove(temporary, error);
-    throw;
-  }
-}
 
 void write_cloud(const std::string& path, const Cloud& cloud, const Context& context) {
   for ([[maybe_unused]] const Attribute& a : cloud.attributes) assert(a.values.size() == cloud.points.size());

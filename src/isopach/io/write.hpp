@@ -18,8 +18,8 @@ void write_cloud(const std::string& path, const Cloud& cloud, const Context& con
 void write_las_with_fields(const std::string& source, const std::string& target, std::span<const Attribute> fields,
                            const Context& context);
 
-/// Calls `write(temporary)` with a path beside `target`, then renames it to `target`; removes it if `write` throws.
-/// Every file the project writes goes through here.
+/// Calls `write(temporary)` with a path beside `target`, puts that file on the disk and renames it to `target`; removes
+/// it if `write` throws. Every file the project writes goes through here: output_file.cpp.
 void write_atomically(const std::string& target, const std::function<void(const std::string& temporary)>& write);
 
 }  // namespace isopach

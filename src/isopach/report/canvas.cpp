@@ -6,6 +6,7 @@
 #include <png.h>
 
 #include "isopach/base/error.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/words.hpp"
 
@@ -153,8 +154,7 @@ void write_png(const std::string& path, const Image& image) {
     png.format = PNG_FORMAT_RGB;
     png.flags = PNG_IMAGE_FLAG_FAST;
     if (png_image_write_to_file(&png, temporary.c_str(), 0, image.rgb.data(), 0, nullptr) == 0)
-      throw InputError(path + ": the picture cannot be written (" + png.message +
-                       "); check the folder and the disk space");
+      fail_to_write(path, png.message);
   });
 }
 

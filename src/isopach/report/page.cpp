@@ -6,7 +6,7 @@
 #include <iterator>
 
 #include "isopach/base/error.hpp"
-#include "isopach/io/write.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/words.hpp"
 
 namespace isopach {
@@ -232,12 +232,6 @@ void HtmlPage::timing() {
   close_table();
 }
 
-void write_page(const std::string& path, const std::string& page) {
-  write_atomically(path, [&](const std::string& temporary) {
-    std::ofstream out(temporary, std::ios::binary);
-    out << page;
-    if (!out.flush()) throw InputError(path + ": cannot be written; check the folder and the disk space");
-  });
-}
+void write_page(const std::string& path, const std::string& page) { write_text_atomically(path, page); }
 
 }  // namespace isopach

@@ -1,0 +1,21 @@
+#include "isopach/io/gdal_memory_file.hpp"
+
+#include <cpl_vsi.h>
+#include <fmt/format.h>
+
+#include <new>
+
+namespace isopach {
+
+// The address of the bytes makes the name unique among threads. GDAL only reads what it is asked to open read-only.
+GdalMemoryFile::GdalMemoryFile(std::span<const char> bytes)
+    : path_(fmt::format("/vsimem/isopach-{}", fmt::ptr(bytes.data()))) {
+  auto* const data = reinterpret_cast<GByte*>(const_cast<char*>(bytes.data()));
+  VSILFILE* const file = VSIFileFromMemBuffer(path_.c_str(), data, bytes.size(), FALSE);
+  if (file == nullptr) throw std::bad_alloc();
+  VSIFCloseL(file);
+}
+
+GdalMemoryFile::~GdalMemoryFile() { VSIUnlink(path_.c_str()); }
+
+}  // namespace isopach
