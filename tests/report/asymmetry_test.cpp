@@ -88,7 +88,7 @@ TEST(AsymmetryReport, WithoutAFaceSidesAreThoseOfThePicture) {
     for (const char* word : {"the side on the left of the picture stands out by 1.23", "less than 0.01",
                              "Which side is the patient", "those of the picture"})
       EXPECT_NE(told.find(word), std::string::npos) << word << "\n" << told;
-    for (const char* word : {"+x side", "-x side", " 0.000132", ">0.000132", " 0.0002", ">0.0002"})
+    for (const char* word : {"+x side", "-x side", " 0.000132", ">0.000132", " 0.0002 ", ">0.0002<"})
       EXPECT_EQ(told.find(word), std::string::npos) << word << "\n" << told;
   }
   EXPECT_NE(json.find("0.000132"), std::string::npos) << "result.json has all digits";

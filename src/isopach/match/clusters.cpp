@@ -15,6 +15,7 @@ namespace {
 constexpr std::size_t cells_of_a_cluster = 16;
 constexpr double clusters_per_parameter = 2;                    // at least: fewer say nothing of a variance
 constexpr double beyond_chance = 2;                             // standard deviations of the trace
+constexpr double strips_beyond_chance = 3;                      // of twelve partitions the one that says most is taken
 constexpr std::array<std::size_t, 3> strip_counts{48, 24, 12};  // across the scans, in each direction
 constexpr double wider_is_more = 0.5;  // relative standard deviations by which wider strips must say more to be taken
 constexpr Eigen::Index along_heights = 5;  // the parameter that shifts all heights
@@ -193,7 +194,7 @@ Matrix strip_meat(const Whitened& w, const Scatter& small) {
     for (const std::size_t strips : strip_counts) {
       if (w.count() < 2 * strips) continue;
       const Offsets o = offsets_of(w, w.strips_across(x, y, strips), strips, small);
-      if (!(o.chance > beyond_chance)) continue;
+      if (!(o.chance > strips_beyond_chance)) continue;
       const double size = o.meat.trace();
       if (size > best.trace() && size > least * (1 + wider_is_more * o.relative)) best = o.meat;
       least = size;
