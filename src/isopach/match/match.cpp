@@ -71,16 +71,49 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   return meshes;
 }
 
-/// Whether one of the scans, whose file has faces, is a nominal mesh: the points of the other lie on its facets. Such
-/// surfaces are taken as they are from now on.
-bool find_nominal(const Cloud& moving, const Cloud& fixed, const Motion& motion, MatchSurface& g, MatchSurface& f,
-                  Matching& m, const Context& context) {
-  m.nominal_moving = may_be_nominal(moving) && is_nominal(rise_shown(f, g, motion, true, context));
-  m.nominal_fixed = may_be_nominal(fixed) && is_nominal(rise_shown(g, f, motion, false, context));
-  if (m.nominal_moving && m.nominal_fixed) m.nominal_moving = false;  // points of one of them are needed
-  if (m.nominal_moving) take_as_nominal(g, true);                     // its nodes say what of MOVING was fitted
+/// What is known of whether the scans, whose files have faces, are nominal meshes: that the points of the other lie on
+/// their facets.
+struct NominalScans {
+  RiseShown moving{1, 0, 0}, fixed{1, 0, 0};
+};
+
+NominalScans ask_for_nominal(const Cloud& moving, const Cloud& fixed, const Motion& motion, const MatchSurface& g,
+                             const MatchSurface& f, const Context& context) {
+  NominalScans n;
+  if (may_be_nominal(moving)) n.moving = rise_shown(f, g, motion, true, context);
+  if (may_be_nominal(fixed)) n.fixed = rise_shown(g, f, motion, false, context);
+  return n;
+}
+
+/// Such surfaces are taken as they are from now on. Of two, FIXED alone: points of one of them are needed.
+void take_nominal(bool is_moving, bool is_fixed, MatchSurface& g, MatchSurface& f, Matching& m) {
+  m.nominal_fixed = is_fixed, m.nominal_moving = is_moving && !is_fixed;
+  if (m.nominal_moving) take_as_nominal(g, true);  // its nodes say what of MOVING was fitted
   if (m.nominal_fixed) take_as_nominal(f, false);
-  return m.nominal_moving || m.nominal_fixed;
+}
+
+/// The search by the measure, again where a scan turns out to be a nominal mesh. Where that is undecided, it is asked
+/// again at the pose that the facets lead to.
+template <class Search>
+SearchResult search_with_nominal(const Cloud& moving, const Cloud& fixed, MatchSurface& g, MatchSurface& f, Matching& m,
+                                 const Search& search_from, const Context& context) {
+  SearchResult found = search_from(g, f);
+  const NominalScans n = ask_for_nominal(moving, fixed, found.motion, g, f, context);
+  if (is_nominal(n.moving) || is_nominal(n.fixed)) {
+    take_nominal(is_nominal(n.moving), is_nominal(n.fixed), g, f, m);
+    return search_from(g, f);
+  }
+  if (!is_undecided(n.moving) && !is_undecided(n.fixed)) return found;
+  MatchSurface flat_g = g, flat_f = f;
+  take_nominal(is_undecided(n.moving), is_undecided(n.fixed), flat_g, flat_f, m);
+  SearchResult on_facets = search_from(flat_g, flat_f);
+  const NominalScans there = ask_for_nominal(moving, fixed, on_facets.motion, g, f, context);
+  if (is_nominal(m.nominal_fixed ? there.fixed : there.moving)) {
+    g = std::move(flat_g), f = std::move(flat_f);
+    return on_facets;
+  }
+  m.nominal_moving = m.nominal_fixed = false;
+  return found;
 }
 
 /// The objectives `measure` and `currents`: both scans in one frame, triangulated once, then the search.
@@ -96,9 +129,12 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, 
 
   clock.start("search");
   const auto minimise = m.options.objective == Objective::currents ? currents_search : search;
-  SearchResult found = minimise(g, f, m.options, axis_names(meshes.frame), context);
-  if (m.options.objective == Objective::measure && find_nominal(moving, fixed, found.motion, g, f, m, context))
-    found = minimise(g, f, m.options, axis_names(meshes.frame), context);
+  const auto search_from = [&](const MatchSurface& from, const MatchSurface& on) {
+    return minimise(from, on, m.options, axis_names(meshes.frame), context);
+  };
+  SearchResult found = m.options.objective == Objective::measure
+                           ? search_with_nominal(moving, fixed, g, f, m, search_from, context)
+                           : search_from(g, f);
   take(found, meshes.frame, b.node_of_point, m);
 }
 

@@ -106,6 +106,10 @@ RiseShown rise_shown(const MatchSurface& nodes, const MatchSurface& target, cons
 
 bool is_nominal(const RiseShown& shown) { return shown.patches > 0 && shown.share + sure * shown.error < halfway; }
 
+bool is_undecided(const RiseShown& shown) {
+  return shown.patches > 0 && !is_nominal(shown) && shown.share - sure * shown.error < halfway;
+}
+
 bool may_be_nominal(const Cloud& cloud) { return !cloud.faces.empty() || cloud.format == "stl"; }
 
 Cloud points_on_faces(const Cloud& mesh, std::size_t count, std::uint64_t seed) {

@@ -30,6 +30,8 @@ struct RiseShown {
 
 /// Nearer to 0 than to 1 by three standard errors.
 [[nodiscard]] bool is_nominal(const RiseShown& shown);
+/// Neither nearer to 0 nor to 1 by as much. A free scale does that: it has led where raised facets fit.
+[[nodiscard]] bool is_undecided(const RiseShown& shown);
 
 /// Whether a file may hold a nominal mesh: it has faces.
 [[nodiscard]] bool may_be_nominal(const Cloud& cloud);
