@@ -29,10 +29,11 @@ HEAD = ("| scans | simulations | within 1.96, all | least and most of one compon
         "chi square, mean / freedom | KS, p | nothing stated |\n|---|---|---|---|---|---|---|---|---|---|")
 
 
-def simulated(kind, program, count, jobs):
+def simulated(simulation, program, count, jobs):
+    """`simulation`: of (program, folder, seed), as the pull of a kind."""
     def one(seed):
         with tempfile.TemporaryDirectory() as folder:
-            return kind.pull(program, pathlib.Path(folder), seed)
+            return simulation(program, pathlib.Path(folder), seed)
 
     with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
         return list(pool.map(one, range(count)))
@@ -84,12 +85,7 @@ CHAPTERS = [
 
 def scale_line(kind, program, count, jobs):
     """Mean of scale less 1 and its standard error: samples of a surface must not make it larger or smaller."""
-    def one(seed):
-        with tempfile.TemporaryDirectory() as folder:
-            return kind.off(program, pathlib.Path(folder), seed)
-
-    with concurrent.futures.ThreadPoolExecutor(jobs) as pool:
-        all_runs = list(pool.map(one, range(count)))
+    all_runs = simulated(kind.off, program, count, jobs)
     off = np.array([o for o in all_runs if o is not None])
     error = off.std(ddof=1) / np.sqrt(len(off))
     return (f"| {kind.words} | {len(all_runs)} | {len(all_runs) - len(off)} | {off.mean():.2e} | {error:.2e} | "
@@ -114,7 +110,7 @@ def main():
         print(f"{title}\n{HEAD}")
         text += f"## {title}\n\n{words}\n\n{HEAD}\n"
         for key in chosen:
-            row = line(kinds[key], simulated(kinds[key], program, told.count, told.jobs))
+            row = line(kinds[key], simulated(kinds[key].pull, program, told.count, told.jobs))
             print(row, flush=True)
             text += row + "\n"
             if told.page:

@@ -30,7 +30,7 @@ void deliver_application(const Delivered& result, Timing& timing, const std::vec
   if (folder != nullptr) {
     const std::string report = folder->path("report.html"), file = folder->path("result.json");
     json = result.json(folder->names());
-    write_text_file(file, json);
+    write_text_atomically(file, json);
     result.page(report, map, json);
     run.context().check();
     folder->commit();

@@ -75,8 +75,8 @@ void deliver_combination(Combination& c, const Request& request, OutputFolder* f
     c.timing.stages.emplace_back("write", seconds);
     c.timing.total += seconds;
     json = combine_json(c, folder->names());
-    write_text_file(result, json);
-    write_text_file(page, combine_html(c, json));
+    write_text_atomically(result, json);
+    write_text_atomically(page, combine_html(c, json));
     run.context().check();
     folder->commit();
   } else if (!request.json.empty()) {

@@ -61,12 +61,6 @@ std::string words(const LasStorage& s) {
                      s.step[2]);
 }
 
-/// Not a pipe, which can be read once.
-bool is_read_again(const std::string& path) {
-  std::error_code error;
-  return std::filesystem::is_regular_file(path, error);
-}
-
 /// How a LAS file stores what was read, and what of that is not as it was; `before`: of IN, if that is LAS too.
 std::string storage_summary(const std::string& path, const std::optional<LasStorage>& before) {
   const LasStorage now = las_storage(path);
@@ -132,7 +126,7 @@ int run_convert(const Arguments& arguments) {
   options.faces = true;
   Cloud cloud = read_cloud(in, options, run.context());
   std::optional<LasStorage> before;  // now: OUT may be the same file
-  if ((cloud.format == "las" || cloud.format == "laz") && is_read_again(in)) before = las_storage(in);
+  if (is_las_file(cloud)) before = las_storage(in);
   for (const std::string& note : cloud.notes) run.say(fmt::format("warning: {}: {}", in, note));
   if (!pose.is_identity()) {
     for (Point3& p : cloud.points) p = pose.apply(p);
@@ -142,7 +136,8 @@ int run_convert(const Arguments& arguments) {
   write_cloud(out, cloud, run.context());
   run.show(summary(out, cloud));
   if (const std::string end = extension_of(out); end == ".las" || end == ".laz")
-    if (is_read_again(out) && !run_options.quiet) run.show(storage_summary(out, before));
+    if (std::error_code none; std::filesystem::is_regular_file(out, none) && !run_options.quiet)
+      run.show(storage_summary(out, before));
   return 0;
 }
 

@@ -43,7 +43,7 @@ int run_demo(const Arguments& arguments) {
   write_cloud(folder.path(scene.a.path), scene.a, run.context());
   write_cloud(folder.path(scene.b.path), scene.b, run.context());
   const std::string truth = folder.path("truth.json");
-  write_text_file(truth, truth_json(scene, scene_request, folder.names()));
+  write_text_atomically(truth, truth_json(scene, scene_request, folder.names()));
   const double make_s = watch.lap();
 
   Comparison comparison = compare(scene.a, scene.b, CompareOptions{}, run.context());

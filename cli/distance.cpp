@@ -1,7 +1,6 @@
 // isopach distance A B
 #include <fmt/core.h>
 
-#include <filesystem>
 #include <memory>
 #include <sstream>
 
@@ -10,6 +9,7 @@
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
+#include "isopach/io/las.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/distance.hpp"
@@ -144,12 +144,6 @@ void add_output_options(Command& command, Request& request) {
                               "Of points_a, points_b and core_points");
 }
 
-/// Can its records be copied? What came through a pipe cannot be read again.
-bool is_las_file(const Cloud& cloud) {
-  std::error_code error;
-  return (cloud.format == "las" || cloud.format == "laz") && std::filesystem::is_regular_file(cloud.path, error);
-}
-
 /// LAS in gives LAS out with everything the file had; the format asked for beside it, unless it is the same.
 void write_scan(const Cloud& cloud, const std::vector<Attribute>& fields, const std::string& name,
                 const Request& request, OutputFolder& folder, const Context& context) {
@@ -177,7 +171,7 @@ void deliver(Distances& d, const Cloud& a, const Cloud& b, const Request& reques
   if (folder != nullptr) {
     const std::string result = folder->path("result.json");
     json = distance_json(d, folder->names());
-    write_text_file(result, json);
+    write_text_atomically(result, json);
     context.check();
     folder->commit();
   } else if (!request.json.empty()) {

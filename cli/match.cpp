@@ -105,14 +105,14 @@ void deliver_match(Matching& m, const Cloud& moving, const Request& request, Out
   if (folder != nullptr) {
     const std::string report = folder->path("report.html"), result = folder->path("result.json");
     json = match_json(m, folder->names());
-    write_text_file(result, json);
+    write_text_atomically(result, json);
     write_match_html(report, m, pictures, json, run.context());
     run.context().check();
     folder->commit();
   } else if (!request.json.empty()) {
     json = match_json(m, {});
   }
-  if (!request.pose_out.empty()) write_text_file(request.pose_out, pose_text(m.pose));
+  if (!request.pose_out.empty()) write_text_atomically(request.pose_out, pose_text(m.pose));
   if (!request.json.empty()) write_json(request.json, json, run);
   if (request.json != "-") {
     run.show(match_text(m));

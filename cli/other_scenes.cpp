@@ -40,7 +40,7 @@ constexpr std::size_t reference_points = 60000;
 void write_truth(nlohmann::ordered_json truth, OutputFolder& folder) {
   const std::string path = folder.path("truth.json");
   truth["outputs"] = folder.names();
-  write_text_file(path, truth.dump(2) + "\n");
+  write_text_atomically(path, truth.dump(2) + "\n");
 }
 
 }  // namespace

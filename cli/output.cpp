@@ -6,7 +6,7 @@
 #include <cmath>
 
 #include "cli/deliver.hpp"
-#include "isopach/io/output_file.hpp"
+#include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/map.hpp"
 #include "isopach/report/matched.hpp"
@@ -14,7 +14,6 @@
 #include "isopach/report/text.hpp"
 
 namespace isopach::cli {
-void write_text_file(const std::string& path, const std::string& text) { write_text_atomically(path, text); }
 
 double Stopwatch::lap() {
   const auto now = std::chrono::steady_clock::now();
@@ -27,7 +26,7 @@ void write_json(const std::string& path, const std::string& text, Run& run) {
   if (path == "-")
     run.print(text);
   else
-    write_text_file(path, text);
+    write_text_atomically(path, text);
 }
 
 void add_map_options(Command& command, MapOptions& map, const std::string& title) {
@@ -60,12 +59,6 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
 }
 
 namespace {
-
-/// Can its records be copied? What came through a pipe cannot be read again.
-bool is_las_file(const Cloud& cloud) {
-  std::error_code error;
-  return (cloud.format == "las" || cloud.format == "laz") && std::filesystem::is_regular_file(cloud.path, error);
-}
 
 /// points_a.ply, and for LAS input points_a.las with the same fields as extra bytes.
 void write_scan(const Cloud& cloud, const PointFields& fields, const std::string& name, OutputFolder& folder,
@@ -120,8 +113,8 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
     const std::string report = folder->path("report.html"), result = folder->path("result.json"),
                       histogram = folder->path("histogram.csv");
     json = comparison_json(comparison, folder->names(), matched);
-    write_text_file(result, json);
-    write_text_file(histogram, histogram_csv(comparison));
+    write_text_atomically(result, json);
+    write_text_atomically(histogram, histogram_csv(comparison));
     write_html(report, comparison, map, json, truth, context, delivery.map, matched);
     context.check();
     folder->commit();

@@ -9,6 +9,7 @@
 
 #include "cli/command.hpp"
 #include "isopach/compare/comparison.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/report.hpp"
 
 namespace isopach::cli {
@@ -52,9 +53,7 @@ class OutputFolder {
   void clear() noexcept;
 };
 
-/// Text to a file, whole or not at all.
-void write_text_file(const std::string& path, const std::string& text);
-/// The same, or to stdout if `path` is "-".
+/// Text to a file, whole or not at all, or to stdout if `path` is "-".
 void write_json(const std::string& path, const std::string& text, Run& run);
 
 /// Seconds since the last call (or since construction).

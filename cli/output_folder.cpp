@@ -90,8 +90,8 @@ constexpr const char* schema_of_plan = "isopach.commit/1";
 
 void write_plan(const Plan& plan, const fs::path& staging) {
   const nlohmann::ordered_json json{{"schema", schema_of_plan}, {"put", plan.put}, {"remove", plan.remove}};
-  write_text_file((staging / "commit.json").string(),
-                  json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
+  write_text_atomically((staging / "commit.json").string(),
+                        json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n");
 }
 
 std::optional<Plan> plan_in(const fs::path& staging) {
@@ -248,7 +248,9 @@ std::string OutputFolder::path(const std::string& name) {
   return (staging_ / "new" / name).string();
 }
 
-void OutputFolder::write_text(const std::string& name, const std::string& text) { write_text_file(path(name), text); }
+void OutputFolder::write_text(const std::string& name, const std::string& text) {
+  write_text_atomically(path(name), text);
+}
 
 // A folder holds one result: the files that an earlier run listed in its record and this one does not write go. Nothing
 // else is ever removed: no file outside the folder, no folder, no link, no input of this run.

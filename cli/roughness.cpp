@@ -155,7 +155,7 @@ void deliver(Roughness& r, const Cloud& scan, const Cloud& after, const Request&
   if (folder != nullptr) {
     const std::string page = folder->path("report.html"), result = folder->path("result.json");
     json = roughness_json(r, folder->names());
-    write_text_file(result, json);
+    write_text_atomically(result, json);
     write_roughness_html(page, r, pictures, json, context);
     context.check();
     folder->commit();

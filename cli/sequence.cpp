@@ -160,8 +160,8 @@ void deliver_sequence(SequenceResult& r, const Request& request, OutputFolder* f
     r.timing.stages.emplace_back("write", seconds);
     r.timing.total += seconds;
     json = sequence_json(r, folder->names());
-    write_text_file(result, json);
-    write_text_file(page, sequence_html(r, json));
+    write_text_atomically(result, json);
+    write_text_atomically(page, sequence_html(r, json));
     run.context().check();
     folder->commit();
   } else if (!request.json.empty()) {

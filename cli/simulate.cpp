@@ -63,7 +63,7 @@ int run_simulate(const Arguments& arguments) {
   write_cloud(folder.path("a" + extension), scene.a, run.context());
   write_cloud(folder.path("b" + extension), scene.b, run.context());
   const std::string truth = folder.path("truth.json");
-  write_text_file(truth, truth_json(scene, scene_request, folder.names()));
+  write_text_atomically(truth, truth_json(scene, scene_request, folder.names()));
   run.context().check();
   folder.commit();
   run.show(fmt::format("{}: {}\na: {} points, b: {} points, in {}", scene.name, scene.description,

@@ -152,6 +152,17 @@ void mark_region(const Cloud& cloud, const FaceFit& fit, const Scaled& s, const 
 
 }  // namespace
 
+Pose upright(const FacePose& face) {
+  Pose pose;
+  const std::array<Point3, 3> axes{face.left, face.up, face.front};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto& [x, y, z] = axes[k];
+    pose.m[4 * k] = x, pose.m[4 * k + 1] = y, pose.m[4 * k + 2] = z;
+    pose.m[4 * k + 3] = -(x * face.tip.x + y * face.tip.y + z * face.tip.z);
+  }
+  return pose;
+}
+
 const char* to_text(FacePose::Refusal refusal) {
   using enum FacePose::Refusal;
   switch (refusal) {

@@ -43,6 +43,8 @@ struct FacePose {
   [[nodiscard]] bool too_symmetric() const { return found() && spread < 0.001; }
 };
 
+/// The motion that stands a face upright: x to the patient's left, y up, z to the front, about the tip of the nose.
+[[nodiscard]] Pose upright(const FacePose& face);
 /// Why there is no face, in words, with what to give instead; empty if there is one.
 [[nodiscard]] std::string refusal_sentence(const FacePose& pose);
 /// The word of a refusal in result.json: "not a face", ...

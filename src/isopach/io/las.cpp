@@ -7,6 +7,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <limits>
 #include <memory>
@@ -374,6 +375,11 @@ Cloud read_las(std::span<const char> bytes, const std::string& path, const ReadO
   read_points(file, source, columns, cloud, context);
   set_crs(cloud, las_crs(file, cloud.notes));
   return cloud;
+}
+
+bool is_las_file(const Cloud& cloud) {
+  std::error_code none;
+  return (cloud.format == "las" || cloud.format == "laz") && std::filesystem::is_regular_file(cloud.path, none);
 }
 
 LasStorage las_storage(const std::string& path) {

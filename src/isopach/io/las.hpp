@@ -35,6 +35,10 @@ namespace isopach {
 /// InputError: not finite, or wider than 429 496 units (2^32 steps of 1e-4).
 void write_las(const std::string& path, const Cloud& cloud, const Context& context);
 
+/// Was the cloud read from a LAS or LAZ file that can be read again, so that its records can be copied? What came
+/// through a pipe cannot.
+[[nodiscard]] bool is_las_file(const Cloud& cloud);
+
 /// How a file stores its numbers, for who wants to know what a conversion changed.
 struct LasStorage {
   struct Extra {

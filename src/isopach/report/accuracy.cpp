@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/alignment_values.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/verdict_values.hpp"
@@ -355,7 +356,7 @@ void write_accuracy_map(const std::string& path, const Accuracy& a, const MapOpt
 void write_accuracy_html(const std::string& path, const Accuracy& a, const std::string& map_png,
                          const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_page(path, Page(a, json, look).write(map_png));
+  write_text_atomically(path, Page(a, json, look).write(map_png));
 }
 
 }  // namespace isopach

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/palette.hpp"
@@ -414,7 +415,7 @@ void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapO
 void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std::string& map_png,
                           const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_page(path, Page(a, json, look).write(map_png));
+  write_text_atomically(path, Page(a, json, look).write(map_png));
 }
 
 void write_asymmetry_points(const std::string& path, const Cloud& face, const Asymmetry& a, const Context& context) {

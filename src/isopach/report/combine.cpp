@@ -7,7 +7,6 @@
 #include <optional>
 
 #include "isopach/apps/face_pose.hpp"
-#include "isopach/distance/vectors.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/chart.hpp"
 #include "isopach/report/page.hpp"
@@ -83,7 +82,9 @@ class CombinePage : HtmlPage {
   void pictures() {
     out_ += "<h2>The model</h2>\n";
     const std::optional<FacePose> face = face_of_model();
-    const Array<Point3> places = face ? standing_up(*face) : c_.points;
+    Array<Point3> places = c_.points;
+    if (const Pose to_view = face ? upright(*face) : Pose{}; face)
+      for (Point3& p : places) p = to_view.apply(p);
     const auto view = [&](const char* title, const char* across, const char* up, double Point3::*x, double Point3::*y) {
       Chart chart;
       chart.title = title;
@@ -123,16 +124,6 @@ class CombinePage : HtmlPage {
     if (scan.points.empty()) return std::nullopt;
     FacePose pose = find_face(scan, {}, {});
     return pose.found() ? std::optional(std::move(pose)) : std::nullopt;
-  }
-
-  /// The points of the model, x to the patient's left, y up, z to the front, about the tip of the nose.
-  [[nodiscard]] Array<Point3> standing_up(const FacePose& face) const {
-    Array<Point3> places(c_.points.size());
-    for (std::size_t i = 0; i < places.size(); ++i) {
-      const Point3 p = c_.points[i] - face.tip;
-      places[i] = {dot(p, face.left), dot(p, face.up), dot(p, face.front)};
-    }
-    return places;
   }
 
   void numbers() {

@@ -7,6 +7,7 @@
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/detail_told.hpp"
 #include "isopach/report/map.hpp"
 #include "isopach/report/matched.hpp"
@@ -442,7 +443,7 @@ void write_html(const std::string& path, const Comparison& c, const std::string&
                 const std::optional<Truth>& truth, const Context& context, const MapOptions& look,
                 const Matching* matched) {
   context.check();
-  write_page(path, Page(c, json, look, matched).write(map_png, truth));
+  write_text_atomically(path, Page(c, json, look, matched).write(map_png, truth));
 }
 
 }  // namespace isopach

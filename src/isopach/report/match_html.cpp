@@ -6,6 +6,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/match.hpp"
 #include "isopach/report/moved.hpp"
 #include "isopach/report/page.hpp"
@@ -252,7 +253,7 @@ class MatchPage : HtmlPage {
 void write_match_html(const std::string& path, const Matching& m, const MatchPictures& pictures,
                       const std::string& json, const Context& context) {
   context.check();
-  write_page(path, MatchPage(m, json).write(pictures));
+  write_text_atomically(path, MatchPage(m, json).write(pictures));
 }
 
 }  // namespace isopach

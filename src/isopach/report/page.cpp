@@ -6,7 +6,6 @@
 #include <iterator>
 
 #include "isopach/base/error.hpp"
-#include "isopach/io/output_file.hpp"
 #include "isopach/report/words.hpp"
 
 namespace isopach {
@@ -231,7 +230,5 @@ void HtmlPage::timing() {
   }
   close_table();
 }
-
-void write_page(const std::string& path, const std::string& page) { write_text_atomically(path, page); }
 
 }  // namespace isopach

@@ -60,7 +60,4 @@ class HtmlPage {
   void timing();
 };
 
-/// The page to a file, whole or not at all. Errors: InputError naming the path.
-void write_page(const std::string& path, const std::string& page);
-
 }  // namespace isopach

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/roughness.hpp"
 
@@ -186,7 +187,7 @@ void write_wrinkle_map(const std::string& path, const Roughness& r, const Textur
 void write_roughness_html(const std::string& path, const Roughness& r, const std::vector<ReportPicture>& pictures,
                           const std::string& json, const Context& context) {
   context.check();
-  write_page(path, Page(r, json).write(pictures));
+  write_text_atomically(path, Page(r, json).write(pictures));
 }
 
 }  // namespace isopach

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/alignment_values.hpp"
 #include "isopach/report/page.hpp"
 #include "isopach/report/verdict_values.hpp"
@@ -209,7 +210,7 @@ void write_scanners_map(const std::string& path, const Scanners& s, const MapOpt
 void write_scanners_html(const std::string& path, const Scanners& s, const std::string& map_png,
                          const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_page(path, Page(s, json, look).write(map_png));
+  write_text_atomically(path, Page(s, json, look).write(map_png));
 }
 
 }  // namespace isopach

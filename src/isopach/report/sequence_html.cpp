@@ -72,12 +72,7 @@ class SequencePage : HtmlPage {
     if (reference.points.empty()) return;
     const FacePose face = find_face(reference, {}, {});
     if (!face.found()) return;
-    const std::array<Point3, 3> axes{face.left, face.up, face.front};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto& [x, y, z] = axes[k];
-      to_view_.m[4 * k] = x, to_view_.m[4 * k + 1] = y, to_view_.m[4 * k + 2] = z;
-      to_view_.m[4 * k + 3] = -(x * face.tip.x + y * face.tip.y + z * face.tip.z);
-    }
+    to_view_ = upright(face);
     front_ = "from the front, R on the left", side_ = "from the side";
   }
 
