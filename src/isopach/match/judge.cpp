@@ -10,8 +10,8 @@
 namespace isopach {
 
 void Judge::take_as_nominal(bool moving, bool fixed) {
-  if (moving == nominal_moving_ && fixed == nominal_fixed_) return;
-  nominal_moving_ = moving, nominal_fixed_ = fixed;
+  if ((!moving || nominal_moving_) && (!fixed || nominal_fixed_)) return;
+  nominal_moving_ = nominal_moving_ || moving, nominal_fixed_ = nominal_fixed_ || fixed;
   scans_.reset();
 }
 
