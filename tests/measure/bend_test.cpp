@@ -8,16 +8,15 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
-#include "isopach/compare/meshes.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "tests/support/clouds.hpp"
 
 namespace isopach::test {
 namespace {
 
-struct Pair {
+struct Compared {
   Comparison c;
-  ScanMeshes meshes;
+  isopach::Pair meshes;
 };
 
 CompareOptions cubic_options() {
@@ -28,14 +27,14 @@ CompareOptions cubic_options() {
   return o;
 }
 
-Pair compared(const Cloud& a, const Cloud& b, const CompareOptions& o = cubic_options()) {
-  Pair p;
+Compared compared(const Cloud& a, const Cloud& b, const CompareOptions& o = cubic_options()) {
+  Compared p;
   p.c = compare(a, b, o, {}, p.meshes);
   return p;
 }
 
 /// Waves of a length of several to one and a half distances of nodes, a lift so that d changes sign or does not.
-Pair wavy_pair(std::size_t n, std::uint64_t seed) {
+Compared wavy_pair(std::size_t n, std::uint64_t seed) {
   Random random(seed);
   const double k = random.uniform(2, 12), phase = random.uniform(0, 6), lift = random.uniform(-0.3, 0.3),
                change = random.uniform(0, 0.4);
@@ -46,17 +45,19 @@ Pair wavy_pair(std::size_t n, std::uint64_t seed) {
 
 struct SmoothPair {
   SmoothSurface s1, s2;
-  explicit SmoothPair(const ScanMeshes& m) : s1(m.t1, m.a.xy, m.a.z, {}), s2(m.t2, m.b.xy, m.b.z, {}) {}
+  explicit SmoothPair(const isopach::Pair& m)
+      : s1(m.scan[0].t, m.scan[0].field.xy, m.scan[0].field.z, {}),
+        s2(m.scan[1].t, m.scan[1].field.xy, m.scan[1].field.z, {}) {}
 };
 
-BendError bend(const Pair& p) {
+BendError bend(const Compared& p) {
   const SmoothPair smooth(p.meshes);
   return bend_error(p.c.cells.view(), smooth.s1, smooth.s2, {});
 }
 
 /// Brute force: every cell cut into `steps`² triangles of one size, the heights at their centroids, no zero line. Every
 /// point is looked for in all triangles of either scan.
-Volume dense(const Pair& p, unsigned steps) {
+Volume dense(const Compared& p, unsigned steps) {
   const CellView cells = p.c.cells.view();
   Array<Point2> points;
   std::vector<double> areas;
@@ -92,8 +93,8 @@ Volume dense(const Pair& p, unsigned steps) {
     }
     return interpolate_smooth(where, points, t, xy, z, {});
   };
-  const Array<double> z1 = heights(p.meshes.t1, p.meshes.a.xy, p.meshes.a.z),
-                      z2 = heights(p.meshes.t2, p.meshes.b.xy, p.meshes.b.z);
+  const Array<double> z1 = heights(p.meshes.scan[0].t, p.meshes.scan[0].field.xy, p.meshes.scan[0].field.z),
+                      z2 = heights(p.meshes.scan[1].t, p.meshes.scan[1].field.xy, p.meshes.scan[1].field.z);
   Volume v;
   for (std::size_t i = 0; i < points.size(); ++i) {
     const double d = z2[i] - z1[i];
@@ -116,7 +117,7 @@ TEST(Bend, IsThatOfDenseQuadrature) {
   int bounded = 0;
   double left = 0, all = 0, bounds = 0;
   for (int i = 0; i < pairs; ++i) {
-    const Pair p = wavy_pair(16 + static_cast<std::size_t>(i) % 30, 500 + static_cast<std::uint64_t>(i));
+    const Compared p = wavy_pair(16 + static_cast<std::size_t>(i) % 30, 500 + static_cast<std::uint64_t>(i));
     const Volume truth = dense(p, 16), of_cells = p.c.measures.volume;
     const BendError e = bend(p);
     const double error = largest_difference(truth, of_cells);
@@ -134,7 +135,7 @@ TEST(Bend, OfDrawnCellsBoundsThatOfAll) {
   int bounded = 0, draws = 0;
   double bounds = 0, bounds_of_all = 0;
   for (std::uint64_t seed = 1; seed <= 10; ++seed) {
-    const Pair p = wavy_pair(400, seed);
+    const Compared p = wavy_pair(400, seed);
     const SmoothPair smooth(p.meshes);
     const BendError all = bend_error(p.c.cells.view(), smooth.s1, smooth.s2, {});
     for (int i = 0; i < 30; ++i, ++draws) {
@@ -153,7 +154,7 @@ TEST(Bend, IsNoneOfPlanesNorOfLinearInterpolation) {
   const auto plane = [](const Point2& p) { return 2 * p.x - p.y; };
   const auto other = [](const Point2& p) { return p.x + p.y - 0.4; };
   const Cloud a = cloud_over(uniform(300, 1), plane), b = cloud_over(uniform(400, 2), other);
-  const Pair p = compared(a, b);
+  const Compared p = compared(a, b);
   EXPECT_LT(p.c.measures.error_estimate, 1e-11);
   const auto bent = [](const Point2& q) { return q.x * q.x; };
   CompareOptions linear = cubic_options();
@@ -168,7 +169,7 @@ TEST(Bend, KeepsTheLawsOfAComparison) {
   const auto f2 = [&](const Point2& p) { return f1(p) + 0.2 * (p.x - 0.4); };
   const Cloud a = cloud_over(uniform(9000, 5), f1), b = cloud_over(uniform(7000, 6), f2);
   const CompareOptions o = cubic_options();
-  const Pair there = compared(a, b), back = compared(b, a);
+  const Compared there = compared(a, b), back = compared(b, a);
   EXPECT_GT(there.c.measures.error_estimate, 0);
   EXPECT_EQ(there.c.measures.error_estimate, back.c.measures.error_estimate);
   const BendError e = bend(there), f = bend(back);

@@ -77,11 +77,11 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
   clock.start("compare");
   CompareOptions compare_options = m.compare;
   compare_options.pose = a.pose;
-  ScanMeshes meshes;
-  a.comparison = compare(reference, reconstruction, compare_options, context, meshes);
+  Pair scans;
+  a.comparison = compare(reference, reconstruction, compare_options, context, scans);
   a.unit = a.comparison.unit;
   const Comparison& c = a.comparison;
-  const NormalCells cells(c, meshes, context);
+  const NormalCells cells(c, scans, context);
   a.normal = measure(cells.view(), context);
   a.points = point_residuals(reconstruction, a.pose, c.frame, compare_options.project, c.fields_b.dz_signed, context);
   describe_completeness(reference, cells.view(), a, context);

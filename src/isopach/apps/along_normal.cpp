@@ -21,8 +21,9 @@ Array<unsigned char> single(const Array<unsigned char>& kept, const Array<unsign
 }
 
 /// By node the square of the slope around it, less what the noise of the heights adds to it; it may be below 0.
-Array<double> squared_slopes(const HeightField& field, const Triangulation& t, const Array<unsigned char>& kept) {
-  const MatchSurface s = make_surface(field.xy, field.z, t, kept);
+Array<double> squared_slopes(const Scan& scan) {
+  const HeightField& field = scan.field;
+  const MatchSurface s = make_surface(field.xy, field.z, scan.t, single(scan.kept, scan.folded));
   const Array<double> slope = steepness(s);
   const Array<SlopeNoise> noise = slope_noise(s);
   const double sigma = roughness(s);
@@ -56,19 +57,20 @@ Array<double> at_places(const Array<double>& square, const Triangulation& t, std
 
 }  // namespace
 
-NormalCells::NormalCells(const Comparison& c, const ScanMeshes& m, const Context& context) : c_(c) {
-  Array<double> own_a, own_b, other_a, other_b;
-  both([&] { own_a = squared_slopes(m.a, m.t1, single(m.kept_1, m.folded_1)); },
-       [&] { own_b = squared_slopes(m.b, m.t2, single(m.kept_2, m.folded_2)); });
-  both([&] { other_a = at_places(own_b, m.t2, m.b.xy, m.a.xy, context); },
-       [&] { other_b = at_places(own_a, m.t1, m.a.xy, m.b.xy, context); });
-  const UnitedNodes nodes = unite(m.a.xy, m.b.xy, c.frame.curve);
+NormalCells::NormalCells(const Comparison& c, const Pair& scans, const Context& context) : c_(c) {
+  std::array<Array<double>, 2> own, other;
+  for_both([&](std::size_t k) { own[k] = squared_slopes(scans.scan[k]); });
+  for_both([&](std::size_t k) {
+    const Scan& there = scans.scan[1 - k];
+    other[k] = at_places(own[1 - k], there.t, there.field.xy, scans.scan[k].field.xy, context);
+  });
+  const UnitedNodes nodes = unite(scans.scan[0].field.xy, scans.scan[1].field.xy, c.frame.curve);
   zero_.assign(nodes.xy.size(), 0.0);
   d_.resize(nodes.xy.size());
   for_each_index(d_.size(), [&](std::size_t i) {
     const Index in_a = nodes.of_1[i], in_b = nodes.of_2[i];
     const double square =
-        in_a != no_index ? std::max(own_a[in_a], other_a[in_a]) : std::max(own_b[in_b], other_b[in_b]);
+        in_a != no_index ? std::max(own[0][in_a], other[0][in_a]) : std::max(own[1][in_b], other[1][in_b]);
     d_[i] = c.cells.d(static_cast<Index>(i)) / std::sqrt(1 + std::max(0.0, square));
   });
 }

@@ -29,7 +29,7 @@ constexpr double least_cutoff = 2, poor_cutoff = 5;  // spacings: below, no filt
 constexpr unsigned cubic_pieces = 3;  // each triangle is cut into 9: chords take a ninth of what they took
 
 /// Every quantity by node. `node_of_point` leads from the points of the file.
-struct Scan {
+struct SurfaceScan {
   MatchSurface s;
   Array<Index> node_of_point;
   Array<double> below;  ///< height of the reference; empty without
@@ -74,7 +74,7 @@ void thin_out(Array<Point2>& xy, Array<double>& z, Array<double>& below, Array<I
 }
 
 /// Nodes in folds stay without a facet, so that nothing is fitted to them.
-void find_folds_of(Scan& scan, const RoughnessOptions& options, const Context& context) {
+void find_folds_of(SurfaceScan& scan, const RoughnessOptions& options, const Context& context) {
   if (!options.compare.check_layers) return;
   MatchSurface& s = scan.s;
   scan.folds = find_folds(s.t, s.xy, s.z, {}, s.footprint, context);
@@ -92,9 +92,9 @@ void find_folds_of(Scan& scan, const RoughnessOptions& options, const Context& c
 }
 
 /// The scan's surface, without nodes that the reference does not know and those no kept triangle has.
-Scan make_scan(HeightField field, const Cloud& cloud, const Frame& frame, const MatchSurface* reference,
-               const RoughnessOptions& options, const Context& context) {
-  Scan scan;
+SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame, const MatchSurface* reference,
+                      const RoughnessOptions& options, const Context& context) {
+  SurfaceScan scan;
   scan.node_of_point = std::move(field.node_of_point);
   Array<Point2> xy = std::move(field.xy);
   Array<double> z = std::move(field.z);
@@ -204,7 +204,7 @@ Measures distribution(Cells& cells, std::span<const double> relief, const Contex
   return measure(cells.view(), context);
 }
 
-void point_fields(const Scan& scan, std::span<const double> area, std::span<const double> waviness,
+void point_fields(const SurfaceScan& scan, std::span<const double> area, std::span<const double> waviness,
                   std::span<const double> rough, Texture& x) {
   const std::size_t n = scan.node_of_point.size();
   Array<double> number(scan.s.xy.size());
@@ -270,7 +270,7 @@ Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Fr
   Texture x;
   HeightField field = project(cloud, pose, frame, o.compare.project, context);
   x.input = summary(cloud, role, pose, frame, field, o, warnings, context);
-  const Scan scan = make_scan(std::move(field), cloud, frame, reference, o, context);
+  const SurfaceScan scan = make_scan(std::move(field), cloud, frame, reference, o, context);
   const MatchSurface& s = scan.s;
   const std::span<const double> area = s.weight;
   x.area = total(area);

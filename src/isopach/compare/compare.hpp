@@ -3,7 +3,7 @@
 #include "isopach/base/context.hpp"
 #include "isopach/cloud/cloud.hpp"
 #include "isopach/compare/comparison.hpp"
-#include "isopach/compare/meshes.hpp"
+#include "isopach/overlay/pair.hpp"
 
 namespace isopach {
 
@@ -12,8 +12,9 @@ namespace isopach {
 /// match.
 [[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context);
 
-/// The same, and `meshes` keeps what was made of the scans on the way.
+/// The same, and `scans` keeps what was made of each scan on the way: nodes, triangulation, what the border keeps of it
+/// and what of that is folded.
 [[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context,
-                                 ScanMeshes& meshes);
+                                 Pair& scans);
 
 }  // namespace isopach

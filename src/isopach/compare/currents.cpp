@@ -75,9 +75,9 @@ void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
         c.unit, heights));
 }
 
-void measure_currents(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip, Comparison& c,
-                      const Context& context) {
+void measure_currents(const Pair& pair, const Clip* clip, Comparison& c, const Context& context) {
   if (!asked(c.options)) return;
+  const OverlayMesh m1 = pair.mesh(0), m2 = pair.mesh(1);
   const bool over_hull = c.options.domain == DomainKind::hull;
   SurfaceCurrent a, b;
   both([&] { a = current_in_domain(m1, m2, over_hull, clip); },

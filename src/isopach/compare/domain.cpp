@@ -101,9 +101,12 @@ void check_degrees(const std::string& option, const std::string& path, const Box
 
 class Reader {
  public:
-  Reader(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
-         const Context& context)
-      : options_(options), crs_(crs), cells_(cells), c_(c), context_(context) {}
+  Reader(Comparison& c, const Context& context)
+      : options_(c.options),
+        crs_(!c.a.crs.empty() ? c.a.crs : c.b.crs),
+        cells_(2 * (c.a.nodes + c.b.nodes)),
+        c_(c),
+        context_(context) {}
 
   std::vector<Region> read(const std::string& option, const std::vector<std::string>& paths,
                            std::vector<BudgetRow>* rows) {
@@ -145,8 +148,8 @@ class Reader {
 
  private:
   const CompareOptions& options_;
-  const std::string& crs_;
-  std::size_t cells_;
+  std::string crs_;
+  std::size_t cells_;  // about how many there will be
   Comparison& c_;
   const Context& context_;
 };
@@ -194,9 +197,9 @@ NamedRegions read_regions(const std::string& option, const std::string& path, co
   return found;
 }
 
-AreaOfInterest::AreaOfInterest(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
-                               const Context& context) {
-  Reader reader(options, crs, cells, c, context);
+AreaOfInterest::AreaOfInterest(Comparison& c, const Context& context) {
+  const CompareOptions& options = c.options;
+  Reader reader(c, context);
   std::vector<Region> include = reader.read("--include", options.area.include, &rows_);
   std::vector<Region> rows_alone = reader.read("--budget", options.area.budget, &rows_);
   if (!rows_.empty()) polygons_ = reader.index(joined(include, std::move(rows_alone)));
@@ -244,23 +247,21 @@ void AreaOfInterest::clip_cells(Comparison& c, const Context& context) const {
         "--include, --exclude and --mask");
 }
 
-void clip_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
-                  const Clip& clip, Borders& borders, Comparison& c, const Context& context) {
+void clip_borders(const Pair& pair, const Clip& clip, Borders& borders, Comparison& c, const Context& context) {
+  const auto& [a, b] = pair.scan;
   Region hull;
-  const Array<Index> nodes = hull_nodes(t2, b.xy);
-  if (t2.real > 0)
+  const Array<Index> nodes = hull_nodes(b.t, b.field.xy);
+  if (b.t.real > 0)
     for (std::size_t i = 0; i < nodes.size(); ++i)
-      hull.edges.push_back({b.xy[nodes[i]], b.xy[nodes[i + 1 == nodes.size() ? 0 : i + 1]]});
+      hull.edges.push_back({b.field.xy[nodes[i]], b.field.xy[nodes[i + 1 == nodes.size() ? 0 : i + 1]]});
   auto parts = trapezoids(hull.edges);
   if (!parts) throw Error(ExitCode::internal, "the hull of a scan crosses itself: please report this");
   hull.parts = std::move(*parts);
   std::vector<Region> hulls;
   hulls.push_back(std::move(hull));
-  const Regions within(std::move(hulls), t1.real);
-  const ClippedAreas of_1 =
-      clipped_areas(t1, a.xy, with_folds(borders.kept_1, borders.folded_1), clip, &within, context);
-  const ClippedAreas of_2 =
-      clipped_areas(t2, b.xy, with_folds(borders.kept_2, borders.folded_2), clip, nullptr, context);
+  const Regions within(std::move(hulls), a.t.real);
+  const ClippedAreas of_1 = clipped_areas(a.t, a.field.xy, with_folds(a.kept, a.folded), clip, &within, context);
+  const ClippedAreas of_2 = clipped_areas(b.t, b.field.xy, with_folds(b.kept, b.folded), clip, nullptr, context);
   c.area_union = of_1.all + of_2.all - of_1.within;
   borders.kept_area = of_1.flagged + of_2.flagged;
   borders.removed_area = std::max(0.0, of_1.all + of_2.all - borders.kept_area);

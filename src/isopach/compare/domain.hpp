@@ -29,9 +29,8 @@ struct NamedRegions {
 /// --budget, over its part of that domain.
 class AreaOfInterest {
  public:
-  /// `cells`: about how many there will be; the rest and errors as of read_regions.
-  AreaOfInterest(const CompareOptions& options, const std::string& crs, std::size_t cells, Comparison& c,
-                 const Context& context);
+  /// What c.options name, for the inputs that c describes. Errors as of read_regions.
+  AreaOfInterest(Comparison& c, const Context& context);
 
   /// The clip, or nothing if the domain is not restricted.
   [[nodiscard]] const Clip* clip() const { return clip_.is_everything() ? nullptr : &clip_; }
@@ -54,7 +53,6 @@ class AreaOfInterest {
 };
 
 /// What Borders says of areas, and c.area_union, inside a clip alone. Cost O(triangles).
-void clip_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
-                  const Clip& clip, Borders& borders, Comparison& c, const Context& context);
+void clip_borders(const Pair& pair, const Clip& clip, Borders& borders, Comparison& c, const Context& context);
 
 }  // namespace isopach::stages

@@ -24,27 +24,19 @@ Array<double> merged_spread(const Cloud& cloud, const Pose& pose, const Frame& f
   return most;
 }
 
-// A node with all of its triangles in folds.
-Array<unsigned char> nodes_outside(const Margin& with, const Margin& without) {
-  Array<unsigned char> flags(with.side.size());
-  for_each_index(flags.size(), [&](std::size_t i) {
-    flags[i] = with.side[i] != Side::outside && without.side[i] == Side::outside ? 1 : 0;
-  });
-  return flags;
-}
-
 }  // namespace
 
-MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
-                             const Comparison& c) {
+MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair,
+                             const CompareOptions& options) {
   MergedSpreads spreads;
-  const bool along_z = std::fabs(c.frame.rotation[8]) == 1;
-  spreads.raster_a = along_z && cloud_a.grid.has_value();
-  spreads.raster_b = along_z && cloud_b.grid.has_value() && c.options.pose.is_identity();
-  const DuplicatePolicy policy = c.options.project.duplicates;
-  if (!c.options.check_layers || (policy != DuplicatePolicy::mean && policy != DuplicatePolicy::median)) return spreads;
-  if (a.cleaning.duplicates > 0) spreads.a = merged_spread(cloud_a, Pose{}, c.frame, a);
-  if (b.cleaning.duplicates > 0) spreads.b = merged_spread(cloud_b, c.options.pose, c.frame, b);
+  const bool along_z = std::fabs(pair.frame.rotation[8]) == 1;
+  spreads[0].is_raster = along_z && cloud_a.grid.has_value();
+  spreads[1].is_raster = along_z && cloud_b.grid.has_value() && options.pose.is_identity();
+  const DuplicatePolicy policy = options.project.duplicates;
+  if (!options.check_layers || (policy != DuplicatePolicy::mean && policy != DuplicatePolicy::median)) return spreads;
+  const auto& [a, b] = pair.scan;
+  if (a.field.cleaning.duplicates > 0) spreads[0].of_node = merged_spread(cloud_a, Pose{}, pair.frame, a.field);
+  if (b.field.cleaning.duplicates > 0) spreads[1].of_node = merged_spread(cloud_b, options.pose, pair.frame, b.field);
   return spreads;
 }
 
@@ -54,23 +46,14 @@ Array<unsigned char> with_folds(Array<unsigned char> kept, const Array<unsigned 
   return kept;
 }
 
-ScanMeshes meshes_of(const Comparison& c, const HeightField& a, const HeightField& b, const Triangulation& t1,
-                     const Triangulation& t2, const Borders& borders) {
-  return {c.frame,
-          a,
-          b,
-          t1,
-          t2,
-          with_folds(borders.kept_1, borders.folded_1),
-          with_folds(borders.kept_2, borders.folded_2),
-          borders.folded_1,
-          borders.folded_2};
-}
-
-NodesLeftOut nodes_in_folds(const Borders& borders) {
-  if (!borders.left_out) return {};
-  return {nodes_outside(borders.in_1.own, borders.single->in_1.own),
-          nodes_outside(borders.in_2.own, borders.single->in_2.own)};
+Pair as_sampled(const Pair& pair) {
+  Pair copy;
+  copy.frame = pair.frame;
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Scan& s = pair.scan[k];
+    copy.scan[k] = {s.field, s.t, with_folds(s.kept, s.folded), s.folded};
+  }
+  return copy;
 }
 
 }  // namespace isopach::stages

@@ -17,6 +17,22 @@ namespace {
 
 constexpr double least_shared = 0.5;  // of the nodes of the smaller scan: below, most of d is interpolated
 
+void warn_of_shared_nodes(const UnitedNodes& nodes, Comparison& c) {
+  std::size_t shared = 0, of_1 = 0, of_2 = 0;
+  for (std::size_t i = 0; i < nodes.xy.size(); ++i) {
+    const bool in_1 = nodes.of_1[i] != no_index, in_2 = nodes.of_2[i] != no_index;
+    of_1 += in_1 ? 1 : 0, of_2 += in_2 ? 1 : 0, shared += in_1 && in_2 ? 1 : 0;
+  }
+  const double share =
+      static_cast<double>(shared) / static_cast<double>(std::max<std::size_t>(1, std::min(of_1, of_2)));
+  if (share < least_shared) return;
+  c.warnings.push_back(fmt::format(
+      "the noise floor is too high here, and what was taken off by it too much: {:.0f} % of the nodes of {} lie on "
+      "nodes of the other scan, where nothing is interpolated and relief that both hold alike cancels: go by the raw "
+      "numbers",
+      100 * share, of_1 <= of_2 ? "A" : "B"));
+}
+
 }  // namespace
 
 bool Noise::has_sigmas() const { return !sigma_[0].empty(); }
@@ -81,41 +97,38 @@ void check_uncertainty(const UncertaintyOptions& o) {
     throw UsageError("--registration-error: acts in --uncertainty-model registration alone");
 }
 
-void warn_of_shared_nodes(const UnitedNodes& nodes, Comparison& c) {
-  std::size_t shared = 0, of_1 = 0, of_2 = 0;
-  for (std::size_t i = 0; i < nodes.xy.size(); ++i) {
-    const bool in_1 = nodes.of_1[i] != no_index, in_2 = nodes.of_2[i] != no_index;
-    of_1 += in_1 ? 1 : 0, of_2 += in_2 ? 1 : 0, shared += in_1 && in_2 ? 1 : 0;
-  }
-  const double share =
-      static_cast<double>(shared) / static_cast<double>(std::max<std::size_t>(1, std::min(of_1, of_2)));
-  if (share < least_shared) return;
-  c.warnings.push_back(fmt::format(
-      "the noise floor is too high here, and what was taken off by it too much: {:.0f} % of the nodes of {} lie on "
-      "nodes of the other scan, where nothing is interpolated and relief that both hold alike cancels: go by the raw "
-      "numbers",
-      100 * share, of_1 <= of_2 ? "A" : "B"));
+NullDifference unite_unchanged(NullDifferences unchanged, const UnitedNodes& nodes, Comparison& c) {
+  if (!c.options.noise_floor) return {};
+  warn_of_shared_nodes(nodes, c);
+  return unite(unchanged, nodes);
 }
 
-void Noise::take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b) {
-  const UncertaintyOptions& o = options_.uncertainty;
-  if (o.sigma1.kind == SigmaSource::Kind::none) return;
-  const DuplicatePolicy policy = options_.project.duplicates;
-  sigma_[0] = sigma_of_nodes(a, Pose{}, field_a, o.sigma1, policy, "--sigma1", context_);
-  sigma_[1] = sigma_of_nodes(b, options_.pose, field_b, o.sigma2, policy, "--sigma2", context_);
+NodeSigmas sigmas_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, const CompareOptions& options,
+                           const Context& context) {
+  const UncertaintyOptions& o = options.uncertainty;
+  if (o.sigma1.kind == SigmaSource::Kind::none) return {};
+  const DuplicatePolicy policy = options.project.duplicates;
+  NodeSigmas sigma;
+  sigma[0] = sigma_of_nodes(a, Pose{}, pair.scan[0].field, o.sigma1, policy, "--sigma1", context);
+  sigma[1] = sigma_of_nodes(b, options.pose, pair.scan[1].field, o.sigma2, policy, "--sigma2", context);
+  return sigma;
 }
 
-void Noise::take_meshes(const OverlayMesh& m1, const OverlayMesh& m2, const Frame& frame) {
+Noise::Noise(NodeSigmas sigmas, const Pair& pair, const CompareOptions& options, const Context& context)
+    : options_(options), context_(context), sigma_(std::move(sigmas)) {
   if (const auto& given = options_.uncertainty.registration_covariance) {
-    covariance_ = in_frame(*given, frame);
-    shift_ = height_deviations(m2, *covariance_, context_);
+    covariance_ = in_frame(*given, pair.frame);
+    shift_ = height_deviations(pair.mesh(1), *covariance_, context_);
   }
-  if (has_sigmas() || has_covariance()) in_other_[0] = stencils(m1.in_other, m1.xy, m2.t, m2.xy, context_);
+  const auto stencils_of = [&](std::size_t k) {
+    const Scan &own = pair.scan[k], &other = pair.scan[1 - k];
+    return stencils(pair.seen[k].at, own.field.xy, other.t, other.field.xy, context_);
+  };
+  if (has_sigmas() || has_covariance()) in_other_[0] = stencils_of(0);
   if (!has_sigmas()) return;
-  in_other_[1] = stencils(m2.in_other, m2.xy, m1.t, m1.xy, context_);
+  in_other_[1] = stencils_of(1);
   if (!(options_.uncertainty.correlation_range > 0)) return;
-  xy_[0].assign(m1.xy.begin(), m1.xy.end());
-  xy_[1].assign(m2.xy.begin(), m2.xy.end());
+  for (std::size_t k = 0; k < 2; ++k) xy_[k].assign(pair.scan[k].field.xy.begin(), pair.scan[k].field.xy.end());
 }
 
 // Standard deviation of d by the registration at a node of a scan.
@@ -138,7 +151,7 @@ std::optional<double> Noise::constant_level() const {
   return deviations() * std::hypot(std::hypot(sigma[0], sigma[1]), o.registration_error);
 }
 
-void Noise::level_points(const HeightField& a, const HeightField& b, PointFields& of_a, PointFields& of_b) const {
+void Noise::level_points(const Pair& pair, PointFields& of_a, PointFields& of_b) const {
   const UncertaintyOptions& o = options_.uncertainty;
   if (!(o.lod > 0) && !has_sigmas()) return;
   const double k = deviations();
@@ -156,68 +169,71 @@ void Noise::level_points(const HeightField& a, const HeightField& b, PointFields
                                        shift_at(scan, node));
     });
   };
-  fill(0, a, of_a);
-  fill(1, b, of_b);
+  fill(0, pair.scan[0].field, of_a);
+  fill(1, pair.scan[1].field, of_b);
 }
 
-void Noise::level_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip,
-                          Comparison& c) {
+// Per node of a scan, what the other one has there.
+Array<double> Noise::in_other(std::size_t scan, const Array<double>& of_other) const {
+  Array<double> values(in_other_[scan].size());
+  for_each_index(values.size(), [&](std::size_t i) { values[i] = in_other_[scan][i].apply(of_other); });
+  return values;
+}
+
+std::optional<Detected> Noise::level_overlay(const Overlay& overlay, const Pair& pair, const Clip* clip,
+                                             Comparison& c) const {
   const bool measured = options_.surface == Surface::overlay, kept = options_.keep_overlay;
   if (const auto level = constant_level()) {
-    if (measured)
-      overlay_detected_ = clip != nullptr ? detect(ClippedOverlay{overlay, *clip}, *level, context_)
-                                          : detect(overlay, *level, context_);
     if (kept) c.overlay_lod.assign(c.overlay_surface.xy.size(), *level);
-    return;
+    if (!measured) return std::nullopt;
+    return clip != nullptr ? detect(ClippedOverlay{overlay, *clip}, *level, context_)
+                           : detect(overlay, *level, context_);
   }
-  if (!has_sigmas() || !(measured || kept)) return;
+  if (!has_sigmas() || !(measured || kept)) return std::nullopt;
   // Deviations take the place of heights: per node their own, and the other scan's interpolated there.
-  const auto at_nodes = [&](std::size_t scan, const Array<double>& of_other) {
-    Array<double> values(in_other_[scan].size());
-    for_each_index(values.size(), [&](std::size_t i) { values[i] = in_other_[scan][i].apply(of_other); });
-    return values;
+  const auto overlay_of = [&](const std::array<Array<double>, 2>& own, const std::array<Array<double>, 2>& other) {
+    const auto mesh = [&](std::size_t k) {
+      const Scan& s = pair.scan[k];
+      return OverlayMesh{s.t, s.field.xy, own[k], pair.seen[k].at, other[k], s.kept};
+    };
+    return Overlay(mesh(0), mesh(1), context_);
   };
-  const auto overlay_of = [&](const Array<double>& own_1, const Array<double>& other_1, const Array<double>& own_2,
-                              const Array<double>& other_2) {
-    return Overlay({m1.t, m1.xy, own_1, m1.in_other, other_1, m1.kept},
-                   {m2.t, m2.xy, own_2, m2.in_other, other_2, m2.kept}, context_);
-  };
-  const Array<double> sigma_2_at_1 = at_nodes(0, sigma_[1]), sigma_1_at_2 = at_nodes(1, sigma_[0]);
-  std::vector<Overlay> deviations{overlay_of(sigma_[0], sigma_2_at_1, sigma_[1], sigma_1_at_2)};
-  Array<double> shift_at_1, none_1, none_2;
+  const std::array<Array<double>, 2> sigma_there{in_other(0, sigma_[1]), in_other(1, sigma_[0])};
+  std::vector<Overlay> deviations{overlay_of(sigma_, sigma_there)};
+  std::array<Array<double>, 2> shift, shift_there;
   if (has_covariance()) {  // B moves, A does not
-    shift_at_1 = at_nodes(0, shift_);
-    none_1.assign(m1.xy.size(), 0), none_2.assign(m2.xy.size(), 0);
-    deviations.push_back(overlay_of(none_1, shift_at_1, shift_, none_2));
+    shift[0].assign(pair.scan[0].field.z.size(), 0), shift[1] = shift_;
+    shift_there[0] = in_other(0, shift_), shift_there[1].assign(pair.scan[1].field.z.size(), 0);
+    deviations.push_back(overlay_of(shift, shift_there));
   }
   const OverlayLevel level{deviations, has_covariance() ? 0 : options_.uncertainty.registration_error,
                            this->deviations(), clip};
-  if (measured) overlay_detected_ = detect(overlay, level, context_);
   if (kept) c.overlay_lod = level_at_vertices(level, context_);
+  if (!measured) return std::nullopt;
+  return detect(overlay, level, context_);
 }
 
-void Noise::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip) {
-  if (has_model()) overlay_weights_ = weights_of_overlay(overlay, m1, m2, clip, context_);
+OverlayNoise Noise::over(const Overlay& overlay, const Pair& pair, const Clip* clip, Comparison& c) const {
+  OverlayNoise known;
+  known.detected = level_overlay(overlay, pair, clip, c);
+  if (options_.surface != Surface::overlay) return known;
+  if (has_model()) known.weights = weights_of_overlay(overlay, pair.mesh(0), pair.mesh(1), clip, context_);
   if (has_covariance())
-    overlay_motions_ = clip != nullptr ? volume_motions(ClippedOverlay{overlay, *clip}, covariance_->centre, context_)
-                                       : volume_motions(overlay, covariance_->centre, context_);
-}
-
-void Noise::take_union(const UnitedNodes& nodes) {
-  if (!has_sigmas() && !has_covariance()) return;
-  node_of_ = {nodes.of_1, nodes.of_2};
+    known.motions = clip != nullptr ? volume_motions(ClippedOverlay{overlay, *clip}, covariance_->centre, context_)
+                                    : volume_motions(overlay, covariance_->centre, context_);
+  return known;
 }
 
 // Per node of T, by noise and registration. The deviation of an interpolated height is taken as the interpolated
 // deviation: its upper bound, reached when the nodes of a triangle err alike.
-Array<double> Noise::deviations_of_d(std::size_t nodes) const {
-  Array<double> result(nodes);
-  for_each_index(nodes, [&](std::size_t i) {
-    if (node_of_[0].empty()) {  // neither sigmas nor a covariance: a shift alone
+Array<double> Noise::deviations_of_d(const UnitedNodes& nodes) const {
+  Array<double> result(nodes.of_1.size());
+  for_each_index(result.size(), [&](std::size_t i) {
+    if (!has_sigmas() && !has_covariance()) {  // a shift alone
       result[i] = options_.uncertainty.registration_error;
       return;
     }
-    const Index i1 = node_of_[0][i], i2 = node_of_[1][i];
+    const Index i1 = nodes.of_1[i], i2 = nodes.of_2[i];
     double s1 = 0, s2 = 0;
     if (has_sigmas()) {
       s1 = i1 != no_index ? sigma_[0][i1] : in_other_[1][i2].apply(sigma_[0]);
@@ -235,73 +251,78 @@ VolumeTriple Noise::variance_of(std::size_t scan, const NodeWeights& weights) co
   return correlated_variance(weights, sigma_[scan], xy_[scan], o.correlation, o.correlation_range, context_);
 }
 
-void Noise::describe_volumes(Comparison& c) {
-  const NodeWeights of_cells = weights_of_cells(c.cells.view(), context_);
-  VolumeTriple area{}, variance{};
-  Sum net, above, below, bias;
-  for (const VolumeTriple& w : overlay_weights_ ? (*overlay_weights_)[0] : of_cells)
-    net.add(w.net), above.add(w.above), below.add(w.below);
-  area = {net.value(), above.value(), below.value()};
-  if (has_sigmas()) {
-    for (std::size_t scan = 0; scan < 2; ++scan) {
-      const VolumeTriple v =
-          variance_of(scan, overlay_weights_ ? (*overlay_weights_)[scan]
-                                             : weights_of_scan(of_cells, node_of_[scan], node_of_[1 - scan],
-                                                               in_other_[1 - scan], sigma_[scan].size()));
-      variance.net += v.net, variance.above += v.above, variance.below += v.below;
-    }
-  }
+// How far the volumes may be off by the registration; `area` is that of the cells, and of those above and below.
+VolumeTriple Noise::deviation_by_motion(const VolumeTriple& area, const OverlayNoise& over, const Comparison& c) const {
   const double shift = options_.uncertainty.registration_error;
-  VolumeTriple moved{shift * area.net, shift * area.above, shift * area.below};
-  if (has_covariance()) {
-    const VolumeMotions m =
-        overlay_motions_ ? *overlay_motions_ : volume_motions(c.cells.view(), covariance_->centre, context_);
-    const auto deviation = [&](const MotionGradient& g) { return std::sqrt(isopach::variance(g, *covariance_)); };
-    moved = {deviation(m.net), deviation(m.above), deviation(m.below)};
+  if (!has_covariance()) return {shift * area.net, shift * area.above, shift * area.below};
+  const VolumeMotions m = over.motions ? *over.motions : volume_motions(c.cells.view(), covariance_->centre, context_);
+  const auto deviation = [&](const MotionGradient& g) { return std::sqrt(isopach::variance(g, *covariance_)); };
+  return {deviation(m.net), deviation(m.above), deviation(m.below)};
+}
+
+void Noise::describe_volumes(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const {
+  const NodeWeights of_cells = weights_of_cells(c.cells.view(), context_);
+  VolumeTriple variance{};
+  Sum net, above, below, bias;
+  for (const VolumeTriple& w : over.weights ? (*over.weights)[0] : of_cells)
+    net.add(w.net), above.add(w.above), below.add(w.below);
+  const std::array<const Array<Index>*, 2> node_of{&nodes.of_1, &nodes.of_2};
+  for (std::size_t scan = 0; has_sigmas() && scan < 2; ++scan) {
+    const VolumeTriple v =
+        variance_of(scan, over.weights ? (*over.weights)[scan]
+                                       : weights_of_scan(of_cells, *node_of[scan], *node_of[1 - scan],
+                                                         in_other_[1 - scan], sigma_[scan].size()));
+    variance.net += v.net, variance.above += v.above, variance.below += v.below;
   }
+  const VolumeTriple moved = deviation_by_motion({net.value(), above.value(), below.value()}, over, c);
   c.uncertainty.sigma = {std::hypot(std::sqrt(variance.net), moved.net),
                          std::hypot(std::sqrt(variance.above), moved.above),
                          std::hypot(std::sqrt(variance.below), moved.below)};
   if (options_.uncertainty.model == UncertaintyModel::registration) c.uncertainty.sigma_net_registration = moved.net;
-  const Array<double> deviation = deviations_of_d(of_cells.size());
+  const Array<double> deviation = deviations_of_d(nodes);
   for (std::size_t i = 0; i < of_cells.size(); ++i) bias.add(of_cells[i].net * deviation[i]);
   c.uncertainty.rectification_bias = bias.value() / std::sqrt(2 * std::numbers::pi);
 }
 
-void Noise::describe(Comparison& c) {
+void Noise::describe_levels(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const {
+  Uncertainty& u = c.uncertainty;
+  const CellView cells = c.cells.view();
+  c.cells.lod = deviations_of_d(nodes);
+  for_each_index(c.cells.lod.size(), [&](std::size_t i) { c.cells.lod[i] *= u.deviations; });
+  u.detected = over.detected ? *over.detected : detect(cells, c.cells.lod, context_);
+  const auto [least, most] = std::minmax_element(c.cells.lod.begin(), c.cells.lod.end());
+  Sum sum, area;
+  for (std::size_t i = 0; i < cells.t.real; ++i) {
+    if (cells.in_domain[i] == 0) continue;
+    const auto& v = cells.t.triangles[i].v;
+    const double share = cell_at(cells, i).area;
+    sum.add(share * ((c.cells.lod[v[0]] + c.cells.lod[v[1]] + c.cells.lod[v[2]]) / 3));
+    area.add(share);
+  }
+  for (const CellPiece& piece : cells.pieces) {
+    const double share = cell_of(piece).area;
+    const auto lod = at_corners(cells, piece, c.cells.lod);
+    sum.add(share * ((lod[0] + lod[1] + lod[2]) / 3));
+    area.add(share);
+  }
+  u.lod = *least == *most ? *least : std::clamp(sum.value() / area.value(), *least, *most);
+}
+
+void Noise::describe(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const {
   if (!asked()) return;
   const UncertaintyOptions& o = options_.uncertainty;
   Uncertainty& u = c.uncertainty;
   u.deviations = deviations();
-  const CellView cells = c.cells.view();
   if (o.lod > 0) {
     u.lod = o.lod;
     u.lod_is_given = true;
-    c.cells.lod.assign(cells.xy.size(), o.lod);
-    u.detected = overlay_detected_ ? *overlay_detected_ : detect(cells, o.lod, context_);
+    c.cells.lod.assign(c.cells.xy.size(), o.lod);
+    u.detected = over.detected ? *over.detected : detect(c.cells.view(), o.lod, context_);
   } else if (has_sigmas()) {
-    c.cells.lod = deviations_of_d(cells.xy.size());
-    for_each_index(c.cells.lod.size(), [&](std::size_t i) { c.cells.lod[i] *= u.deviations; });
-    u.detected = overlay_detected_ ? *overlay_detected_ : detect(cells, c.cells.lod, context_);
-    const auto [least, most] = std::minmax_element(c.cells.lod.begin(), c.cells.lod.end());
-    Sum sum, area;
-    for (std::size_t i = 0; i < cells.t.real; ++i) {
-      if (cells.in_domain[i] == 0) continue;
-      const auto& v = cells.t.triangles[i].v;
-      const double share = cell_at(cells, i).area;
-      sum.add(share * ((c.cells.lod[v[0]] + c.cells.lod[v[1]] + c.cells.lod[v[2]]) / 3));
-      area.add(share);
-    }
-    for (const CellPiece& piece : cells.pieces) {
-      const double share = cell_of(piece).area;
-      const auto lod = at_corners(cells, piece, c.cells.lod);
-      sum.add(share * ((lod[0] + lod[1] + lod[2]) / 3));
-      area.add(share);
-    }
-    u.lod = *least == *most ? *least : std::clamp(sum.value() / area.value(), *least, *most);
+    describe_levels(nodes, over, c);
   }
   if (has_model()) {
-    describe_volumes(c);
+    describe_volumes(nodes, over, c);
   } else if (has_sigmas()) {
     c.warnings.emplace_back(
         "--sigma1 and --sigma2 without --uncertainty-model give a level of detection, but no standard deviation of the "

@@ -1,10 +1,15 @@
-// noise: what options.uncertainty asks for, on the way through a comparison. σ of the points becomes σ of the nodes;
-// what T1 and T2 know of interpolation is kept before they go; weights, levels and volumes come when T is there.
+// noise: what options.uncertainty asks for. σ of the points becomes σ of the nodes (NodeSigmas); with what T1 and T2
+// know of interpolation it is known in both surfaces (Noise), so that T1 and T2 may go; levels, weights and volumes are
+// asked of that, over the overlay and over T.
 #pragma once
+#include <array>
+#include <optional>
+#include <string>
+
 #include "isopach/compare/comparison.hpp"
 #include "isopach/measure/registration.hpp"
 #include "isopach/overlay/common.hpp"
-#include "isopach/overlay/overlay.hpp"
+#include "isopach/overlay/pair.hpp"
 
 namespace isopach::stages {
 
@@ -22,33 +27,37 @@ namespace isopach::stages {
 /// Refuses options that contradict one another or mean nothing, naming them.
 void check_uncertainty(const UncertaintyOptions& options);
 
+/// σ by node of each scan; empty: none is given.
+using NodeSigmas = std::array<Array<double>, 2>;
+/// As options.uncertainty gives them. Errors as of sigma_of_nodes.
+[[nodiscard]] NodeSigmas sigmas_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair,
+                                         const CompareOptions& options, const Context& context);
+
+/// What is known of noise over the exact overlay, where it is asked for.
+struct OverlayNoise {
+  std::optional<Detected> detected;                   ///< the significant part
+  std::optional<std::array<NodeWeights, 2>> weights;  ///< of the nodes in the volumes
+  std::optional<VolumeMotions> motions;               ///< of the volumes with the pose
+};
+
+/// What is known of noise at the nodes of both scans, in both surfaces.
 class Noise {
  public:
-  Noise(const CompareOptions& options, const Context& context) : options_(options), context_(context) {}
+  /// `pair`: located, with what the borders keep.
+  Noise(NodeSigmas sigmas, const Pair& pair, const CompareOptions& options, const Context& context);
 
-  /// Whether anything is to be known of noise; otherwise nothing below does anything or takes memory.
+  /// Whether anything is to be known; otherwise nothing below does anything or takes memory.
   [[nodiscard]] bool asked() const;
 
-  void take_sigmas(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b);
-
-  /// While T1, T2 and the locations are there.
-  void take_meshes(const OverlayMesh& m1, const OverlayMesh& m2, const Frame& frame);
-
   /// Levels of detection at the input points.
-  void level_points(const HeightField& a, const HeightField& b, PointFields& of_a, PointFields& of_b) const;
+  void level_points(const Pair& pair, PointFields& of_a, PointFields& of_b) const;
 
   /// The level of detection over the overlay: at the vertices of c.overlay_surface, if it is kept, into c.overlay_lod;
-  /// the significant part, where the measures are over the overlay. `clip`: null for all of it.
-  void level_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip,
-                     Comparison& c);
+  /// and where the measures are over the overlay, what else is known there. `clip`: null for all of it.
+  [[nodiscard]] OverlayNoise over(const Overlay& overlay, const Pair& pair, const Clip* clip, Comparison& c) const;
 
-  /// For measures over the overlay: weights of the nodes.
-  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip);
-
-  void take_union(const UnitedNodes& nodes);
-
-  /// Everything into c.uncertainty and c.cells.lod, once the measures are there.
-  void describe(Comparison& c);
+  /// Everything into c.uncertainty and c.cells.lod. `nodes`: the ids of the nodes of T.
+  void describe(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
 
  private:
   [[nodiscard]] bool has_sigmas() const;
@@ -57,25 +66,28 @@ class Noise {
   [[nodiscard]] double shift_at(std::size_t scan, Index node) const;
   [[nodiscard]] std::optional<double> constant_level() const;
   [[nodiscard]] double deviations() const { return normal_deviations(options_.uncertainty.confidence); }
-  [[nodiscard]] Array<double> deviations_of_d(std::size_t nodes) const;
+  [[nodiscard]] Array<double> in_other(std::size_t scan, const Array<double>& of_other) const;
+  [[nodiscard]] Array<double> deviations_of_d(const UnitedNodes& nodes) const;
   [[nodiscard]] VolumeTriple variance_of(std::size_t scan, const NodeWeights& weights) const;
-  void describe_volumes(Comparison& c);
+  [[nodiscard]] std::optional<Detected> level_overlay(const Overlay& overlay, const Pair& pair, const Clip* clip,
+                                                      Comparison& c) const;
+  [[nodiscard]] VolumeTriple deviation_by_motion(const VolumeTriple& area, const OverlayNoise& over,
+                                                 const Comparison& c) const;
+  void describe_levels(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
+  void describe_volumes(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
 
   const CompareOptions& options_;
   const Context& context_;
-  std::array<Array<double>, 2> sigma_;        // per node of each scan
+  NodeSigmas sigma_;
   std::array<Array<Point2>, 2> xy_;           // for correlated noise alone
   std::array<Array<Stencil>, 2> in_other_;    // of each node of a scan, in the other
-  std::array<Array<Index>, 2> node_of_;       // per node of T its node of each scan
   std::optional<PoseCovariance> covariance_;  // of the registration, frame coordinates
   Array<double> shift_;                       // what it means for the height at each node of B
-  std::optional<std::array<NodeWeights, 2>> overlay_weights_;
-  std::optional<VolumeMotions> overlay_motions_;
-  std::optional<Detected> overlay_detected_;
 };
 
-/// Says that the noise floor is too high where most nodes of one scan lie on nodes of the other: two rasters on one
-/// grid, a scan and its edited copy. What both hold alike at the same places is in no difference, but in the floor.
-void warn_of_shared_nodes(const UnitedNodes& nodes, Comparison& c);
+/// The null differences at the nodes of T; empty where none are asked for. Says that the noise floor is too high where
+/// most nodes of one scan lie on nodes of the other: two rasters on one grid, a scan and its edited copy. What both
+/// hold alike at the same places is in no difference, but in the floor.
+[[nodiscard]] NullDifference unite_unchanged(NullDifferences unchanged, const UnitedNodes& nodes, Comparison& c);
 
 }  // namespace isopach::stages

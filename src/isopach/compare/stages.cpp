@@ -10,8 +10,12 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/domain.hpp"
+#include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/overlay/folds.hpp"
 #include "isopach/overlay/hulls.hpp"
+#include "isopach/overlay/interpolate.hpp"
+#include "isopach/overlay/localise.hpp"
+#include "isopach/overlay/localise_by_interface.hpp"
 #include "isopach/overlay/merge.hpp"
 
 namespace isopach::stages {
@@ -150,6 +154,13 @@ double area_of_both_footprints(const Borders& borders, const Comparison& c) {
   return borders.kept_area - shared_by_hulls * (sampled / (sampled + c.trimmed_area));
 }
 
+Common from_scratch(const Pair& pair, const Context& context) {
+  Common common;
+  common.nodes = unite(pair.scan[0].field.xy, pair.scan[1].field.xy, pair.frame.curve);
+  common.t = triangulate(common.nodes.xy, pair.frame.curve, context);
+  return common;
+}
+
 // One flag per real triangle, as the overlay wants them; nothing where all are kept.
 Array<unsigned char> kept_flags(const Footprint& f) {
   Array<unsigned char> kept(f.removed.size());
@@ -244,15 +255,16 @@ InputSummary summarise_file(const Cloud& cloud, const char* role) {
   return s;
 }
 
-void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightField& a, const HeightField& b,
-                     Comparison& c, const Context& context) {
+void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair, Comparison& c,
+                     const Context& context) {
+  const HeightField &a = pair.scan[0].field, &b = pair.scan[1].field;
   c.a = summarise(cloud_a, "A", Pose{}, a);
   c.b = summarise(cloud_b, "B", c.options.pose, b);
   c.a.nodata = cloud_a.nodata;
   c.b.nodata = cloud_b.nodata;
   if (c.options.check_layers)
-    both([&] { c.a.layered_share = layered_share(a, cloud_a, Pose{}, c.frame, context); },
-         [&] { c.b.layered_share = layered_share(b, cloud_b, c.options.pose, c.frame, context); });
+    both([&] { c.a.layered_share = layered_share(a, cloud_a, Pose{}, pair.frame, context); },
+         [&] { c.b.layered_share = layered_share(b, cloud_b, c.options.pose, pair.frame, context); });
   for (const InputSummary* s : {&c.a, &c.b})
     if (s->layered_share > 0.02)
       c.warnings.push_back(
@@ -262,13 +274,13 @@ void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const HeightFie
                       s->path.empty() ? "scan " + s->role : s->path, 100 * s->layered_share));
 }
 
-void describe_meshes(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
-                     const Locations& a_in_2, const Locations& b_in_1, Comparison& c) {
+void describe_meshes(const Pair& pair, Comparison& c) {
+  const Triangulation &t1 = pair.scan[0].t, &t2 = pair.scan[1].t;
   c.t1 = t1.real;
   c.t2 = t2.real;
-  c.visited_1_in_2 = a_in_2.visited;
-  c.visited_2_in_1 = b_in_1.visited;
-  const Array<Point2> hull1 = hull_polygon(t1, a.xy), hull2 = hull_polygon(t2, b.xy);
+  c.visited_1_in_2 = pair.seen[0].at.visited;
+  c.visited_2_in_1 = pair.seen[1].at.visited;
+  const Array<Point2> hull1 = hull_polygon(t1, pair.scan[0].field.xy), hull2 = hull_polygon(t2, pair.scan[1].field.xy);
   const double shared = shared_area(hull1, hull2);
   c.area_union = polygon_area(hull1) + polygon_area(hull2) - shared;
   if (c.options.domain != DomainKind::overlap) return;
@@ -282,184 +294,273 @@ void describe_meshes(const Triangulation& t1, const Triangulation& t2, const Hei
         "the scans do not overlap in the projection plane: check their coordinate systems, or match them first");
 }
 
-Borders find_borders(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
-                     const Locations& a_in_2, const Locations& b_in_1, const MergedSpreads& spreads, Comparison& c,
+Common locate(Pair& pair, LocateMethod method, Clock& clock, const Context& context) {
+  const auto& [a, b] = pair.scan;
+  Common common;
+  if (method == LocateMethod::tree) {
+    clock.start("spanning_tree");  // from the Delaunay edges: O(n)
+    std::array<SpanningTree, 2> trees;
+    for_both([&](std::size_t k) { trees[k] = spanning_tree(pair.scan[k].t, pair.scan[k].field.xy, context); });
+
+    clock.start("localise");  // theorem 1
+    both([&] { pair.seen[0].at = localise(a.field.xy, trees[0], b.t, b.field.xy, context); },
+         [&] { pair.seen[1].at = localise(b.field.xy, trees[1], a.t, a.field.xy, context); });
+  } else if (method == LocateMethod::order) {
+    clock.start("localise");  // along the curve instead: no tree
+    both([&] { pair.seen[0].at = localise_in_order(a.field.xy, b.t, b.field.xy, context); },
+         [&] { pair.seen[1].at = localise_in_order(b.field.xy, a.t, a.field.xy, context); });
+  } else {
+    clock.start("merge");  // T needs no locations when it is made from scratch
+    common = from_scratch(pair, context);
+
+    clock.start("localise");  // theorem 3: no tree
+    MutualLocations found = localise_by_interface(common.nodes, common.t, a.t, a.field.xy, b.t, b.field.xy, context);
+    pair.seen[0].at = std::move(found.of_1_in_2), pair.seen[1].at = std::move(found.of_2_in_1);
+  }
+  return common;
+}
+
+Common unite_meshes(Pair& pair, Common so_far, LocateMethod method, bool keep_meshes, const Context& context) {
+  Common common = std::move(so_far);
+  auto& [a, b] = pair.scan;
+  if (method == LocateMethod::tree) {
+    common.nodes = unite(a.field.xy, b.field.xy, pair.frame.curve);
+    common.t = merge({keep_meshes ? a.t : std::move(a.t), a.field.xy, &pair.seen[0].at},
+                     {keep_meshes ? b.t : std::move(b.t), b.field.xy, &pair.seen[1].at}, common.nodes, pair.frame.curve,
+                     context);
+  }
+  for (std::size_t k = 0; k < 2; ++k) {  // what nobody asks for any more, before more is taken
+    if (!keep_meshes) pair.scan[k].t = {};
+    Array<Index>().swap(pair.scan[k].field.node_of_point);
+    Array<Index>().swap(pair.seen[k].at.id);
+  }
+  if (method == LocateMethod::order) common = from_scratch(pair, context);
+  for (Scan& s : pair.scan)
+    if (!keep_meshes) Array<Point2>().swap(s.field.xy);
+  return common;
+}
+
+SmoothSurfaces interpolate(Pair& pair, Interpolation interpolation, const Context& context) {
+  SmoothSurfaces smooth;
+  for_both([&](std::size_t k) {
+    const Scan &own = pair.scan[k], &other = pair.scan[1 - k];
+    Seen& seen = pair.seen[k];
+    if (interpolation == Interpolation::linear) {
+      seen.z = isopach::interpolate(seen.at, own.field.xy, other.t, other.field.xy, other.field.z, context);
+      return;
+    }
+    smooth[1 - k].emplace(other.t, other.field.xy, other.field.z, context);
+    seen.z = smooth[1 - k]->at(seen.at, own.field.xy, context);
+  });
+  return smooth;
+}
+
+Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Clip* clip, Comparison& c,
                      const Context& context) {
   const CompareOptions& options = c.options;
   const bool trim = options.border == BorderRule::trim, look = options.check_layers;
   Borders borders;
-  Footprint f1, f2;
-  Folds folds_1, folds_2;
-  both(
-      [&] {
-        f1 = footprint(t1, a.xy, trim, {options.max_edge, options.alpha}, context);
-        borders.in_1 = margins(f1, t1, a.xy, b_in_1, context);
-        if (look && !spreads.raster_a) folds_1 = find_folds(t1, a.xy, a.z, spreads.a, f1, context);
-      },
-      [&] {
-        f2 = footprint(t2, b.xy, trim, {options.max_edge, options.alpha}, context);
-        borders.in_2 = margins(f2, t2, b.xy, a_in_2, context);
-        if (look && !spreads.raster_b) folds_2 = find_folds(t2, b.xy, b.z, spreads.b, f2, context);
-      });
-  borders.kept_area = f1.area + f2.area;
-  borders.removed_area = f1.removed_area + f2.removed_area;
-  if (folds_1.any() || folds_2.any()) {
-    c.folds.share_a = folds_1.any() ? folds_1.area / f1.area : 0;
-    c.folds.share_b = folds_2.any() ? folds_2.area / f2.area : 0;
+  std::array<Footprint, 2> footprints;
+  std::array<Folds, 2> folds;
+  const auto margins_of = [&](const Footprint& f, std::size_t k) {
+    return margins(f, pair.scan[k].t, pair.scan[k].field.xy, pair.seen[1 - k].at, context);
+  };
+  for_both([&](std::size_t k) {
+    const HeightField& field = pair.scan[k].field;
+    const Triangulation& t = pair.scan[k].t;
+    footprints[k] = footprint(t, field.xy, trim, {options.max_edge, options.alpha}, context);
+    borders.in[k] = margins_of(footprints[k], k);
+    if (look && !spreads[k].is_raster)
+      folds[k] = find_folds(t, field.xy, field.z, spreads[k].of_node, footprints[k], context);
+  });
+  borders.kept_area = footprints[0].area + footprints[1].area;
+  borders.removed_area = footprints[0].removed_area + footprints[1].removed_area;
+  if (folds[0].any() || folds[1].any()) {
+    c.folds.share_a = folds[0].any() ? folds[0].area / footprints[0].area : 0;
+    c.folds.share_b = folds[1].any() ? folds[1].area / footprints[1].area : 0;
     borders.left_out = options.folds == FoldRule::leave_out;
-    Footprint single_1 = without(f1, folds_1), single_2 = without(f2, folds_2);
     borders.single.emplace();
-    both([&] { borders.single->in_1 = margins(single_1, t1, a.xy, b_in_1, context); },
-         [&] { borders.single->in_2 = margins(single_2, t2, b.xy, a_in_2, context); });
-    if (borders.left_out) f1 = std::move(single_1), f2 = std::move(single_2);
-    borders.folded_1 = std::move(folds_1.folded), borders.folded_2 = std::move(folds_2.folded);
+    for_both([&](std::size_t k) {
+      Footprint single = without(footprints[k], folds[k]);
+      (*borders.single)[k] = margins_of(single, k);
+      if (borders.left_out) footprints[k] = std::move(single);
+      pair.scan[k].folded = std::move(folds[k].folded);
+    });
   }
-  borders.kept_1 = kept_flags(f1), borders.kept_2 = kept_flags(f2);
+  for (std::size_t k = 0; k < 2; ++k) pair.scan[k].kept = kept_flags(footprints[k]);
+  if (clip != nullptr) clip_borders(pair, *clip, borders, c, context);
   return borders;
 }
 
-void find_footprints(const Triangulation& t1, const Triangulation& t2, const HeightField& a, const HeightField& b,
-                     const CompareOptions& options, Array<unsigned char>& kept_1, Array<unsigned char>& kept_2,
-                     const Context& context) {
-  const bool trim = options.border == BorderRule::trim;
-  both(
-      [&] {
-        kept_1 = kept_flags(footprint(t1, a.xy, trim, {options.max_edge, options.alpha}, context));
-      },
-      [&] {
-        kept_2 = kept_flags(footprint(t2, b.xy, trim, {options.max_edge, options.alpha}, context));
-      });
-}
-
-PointFields point_fields(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
-                         const Margin& in_other, const Array<double>& other, int sign,
-                         const Array<unsigned char>& left_out) {
-  PointFields f;
-  f.dz_signed.resize(cloud.points.size());
-  for_each_index(cloud.points.size(), [&](std::size_t i) {
-    const Index node = field.node_of_point[i];
-    if (node == no_index || !in_other.covers(node) || (!left_out.empty() && left_out[node] != 0)) {
-      f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
-      return;
-    }
-    const Point3 p = pose.is_identity() ? cloud.points[i] : pose.apply(cloud.points[i]);
-    const double own = frame.to_field(p).z;
-    f.dz_signed[i] = sign < 0 ? other[node] - own : own - other[node];
+void find_footprints(Pair& pair, const CompareOptions& options, const Context& context) {
+  for_both([&](std::size_t k) {
+    Scan& s = pair.scan[k];
+    s.kept = kept_flags(
+        footprint(s.t, s.field.xy, options.border == BorderRule::trim, {options.max_edge, options.alpha}, context));
   });
-  return f;
 }
 
-Common merge_common(Triangulation t1, Triangulation t2, const HeightField& a, const HeightField& b,
-                    const Locations& a_in_2, const Locations& b_in_1, const Frame& frame, const Context& context) {
-  Common common;
-  common.nodes = unite(a.xy, b.xy, frame.curve);
-  common.t = merge({std::move(t1), a.xy, &a_in_2}, {std::move(t2), b.xy, &b_in_1}, common.nodes, frame.curve, context);
-  return common;
+void describe_points(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair, const Borders& borders,
+                     Comparison& c) {
+  const auto describe = [&](std::size_t k, const Cloud& cloud, const Pose& pose, PointFields& f) {
+    const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
+    const auto in_fold = [&](Index node) {  // a node with all of its triangles in folds
+      return borders.left_out && own.side[node] != Side::outside &&
+             (*borders.single)[k].own.side[node] == Side::outside;
+    };
+    f.dz_signed.resize(cloud.points.size());
+    for_each_index(cloud.points.size(), [&](std::size_t i) {
+      const Index node = pair.scan[k].field.node_of_point[i];
+      if (node == no_index || !in_other.covers(node) || in_fold(node)) {
+        f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
+        return;
+      }
+      const Point3 p = pose.is_identity() ? cloud.points[i] : pose.apply(cloud.points[i]);
+      const double height = pair.frame.to_field(p).z, other = pair.seen[k].z[node];
+      f.dz_signed[i] = k == 0 ? other - height : height - other;
+    });
+  };
+  describe(0, cloud_a, Pose{}, c.fields_a);
+  describe(1, cloud_b, c.options.pose, c.fields_b);
 }
 
-Common triangulate_common(const HeightField& a, const HeightField& b, const Frame& frame, const Context& context) {
-  Common common;
-  common.nodes = unite(a.xy, b.xy, frame.curve);
-  common.t = triangulate(common.nodes.xy, frame.curve, context);
-  return common;
+namespace {
+
+/// What of a cell counts for which sum, by the nodes of both scans in both footprints.
+class CellRules {
+ public:
+  CellRules(const Common& common, std::span<const Point2> xy, const Pair& pair, const Borders& borders,
+            const CompareOptions& options)
+      : g_(common.nodes),
+        xy_(xy),
+        over_hull_(options.domain == DomainKind::hull),
+        anything_goes_(over_hull_ && options.border == BorderRule::hull && !(options.max_edge > 0) &&
+                       !(options.alpha > 0)),
+        in_{FootprintOfNodes(borders.in[0], g_.of_1, g_.of_2), FootprintOfNodes(borders.in[1], g_.of_2, g_.of_1)},
+        known_in_both_(xy.size()) {
+    if (borders.single)
+      single_.emplace(std::array{FootprintOfNodes((*borders.single)[0], g_.of_1, g_.of_2),
+                                 FootprintOfNodes((*borders.single)[1], g_.of_2, g_.of_1)});
+    const auto knows = [&](std::size_t scan, Index node) { return inside(pair.seen[scan].at.kind[node]); };
+    for_each_index(xy.size(), [&](std::size_t i) {
+      const Index i1 = g_.of_1[i], i2 = g_.of_2[i];
+      known_in_both_[i] = (i1 == no_index ? knows(1, i2) : i2 != no_index || knows(0, i1)) ? 1 : 0;
+    });
+  }
+
+  using Nodes = std::array<Index, 3>;
+  [[nodiscard]] bool over_hull() const { return over_hull_; }
+  [[nodiscard]] bool in_hulls(const Nodes& v) const {
+    return over_hull_ || (known_in_both_[v[0]] != 0 && known_in_both_[v[1]] != 0 && known_in_both_[v[2]] != 0);
+  }
+  /// As Cells::scanned.
+  [[nodiscard]] int scanned(const Nodes& v) const {
+    if (anything_goes_) return 3;
+    return (in_[0].holds(v, xy_) ? 1 : 0) + (in_[1].holds(v, xy_) ? 2 : 0);
+  }
+  /// In the footprint of a scan, and not without its folds.
+  [[nodiscard]] bool folded(const Nodes& v) const {
+    if (!single_) return false;
+    return (in_[0].holds(v, xy_) && !(*single_)[0].holds(v, xy_)) ||
+           (in_[1].holds(v, xy_) && !(*single_)[1].holds(v, xy_));
+  }
+
+ private:
+  const UnitedNodes& g_;
+  std::span<const Point2> xy_;
+  bool over_hull_, anything_goes_;
+  std::array<FootprintOfNodes, 2> in_;
+  std::optional<std::array<FootprintOfNodes, 2>> single_;
+  Array<unsigned char> known_in_both_;
+};
+
+/// Sums over the cells that are no part of the domain for one reason or another.
+struct LeftOut {
+  struct Part {
+    Sum area, above, below;
+    void add(const Cell& cell) {
+      const Parts parts = split_volume(cell);
+      area.add(cell.area), above.add(parts.above), below.add(parts.below);
+    }
+    void add(const Part& p) { area.add(p.area), above.add(p.above), below.add(p.below); }
+  };
+  Index interface = 0;
+  Sum trimmed_area, trimmed_volume;
+  Part folded;
+
+  void trim(const Cell& cell) {
+    const Parts parts = split_volume(cell);
+    trimmed_area.add(cell.area);
+    trimmed_volume.add(parts.above + parts.below);
+  }
+  void add(const LeftOut& part) {
+    interface += part.interface;
+    trimmed_area.add(part.trimmed_area);
+    trimmed_volume.add(part.trimmed_volume);
+    folded.add(part.folded);
+  }
+};
+
+/// Sets in_domain and scanned of the cells [begin, end).
+LeftOut judge_cells(Cells& cells, const Common& common, const CellRules& rules, bool folds_left_out, const Clip* clip,
+                    std::size_t begin, std::size_t end) {
+  LeftOut part;
+  Clip::Scratch scratch;
+  const CellView view = cells.view();
+  const auto for_inside = [&](std::size_t i, auto&& f) {  // the cell, or what of it lies inside the clip
+    if (clip == nullptr) return f(cell_at(view, i));
+    clip->for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
+      for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
+        f(Cell{area, {p.d(), q.d(), r.d()}});
+      });
+    });
+  };
+  for (std::size_t i = begin; i < end; ++i) {
+    const auto& v = cells.triangulation.triangles[i].v;
+    const bool in_hulls = rules.in_hulls(v);
+    const int by = rules.scanned(v);
+    cells.scanned[i] = static_cast<unsigned char>(by);
+    const bool sampled = in_hulls && (rules.over_hull() ? by != 0 : by == 3), in_fold = sampled && rules.folded(v);
+    cells.in_domain[i] = sampled && !(in_fold && folds_left_out) ? 1 : 0;
+    if (in_hulls && !sampled) for_inside(i, [&](const Cell& cell) { part.trim(cell); });
+    if (in_fold) for_inside(i, [&](const Cell& cell) { part.folded.add(cell); });
+    part.interface += common.nodes.joins(v) ? 1 : 0;
+  }
+  return part;
 }
 
-Cells make_cells(Common common, HeightField a, HeightField b, const Locations& a_in_2, const Locations& b_in_1,
-                 const Borders& borders, const Array<double>& f2_at_a, const Array<double>& f1_at_b, const Clip* clip,
-                 Comparison& c) {
+}  // namespace
+
+Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Clip* clip, Comparison& c) {
   Cells cells;
-  UnitedNodes& g = common.nodes;
+  const UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
-  for (HeightField* f : {&a, &b}) Array<Point2>().swap(f->xy);  // 16 bytes a node less beside T and its heights
+  const auto& [a, b] = pair.scan;
   cells.z1.resize(n);
   cells.z2.resize(n);
-  Array<unsigned char> known_in_both(n);
   for_each_index(n, [&](std::size_t i) {
     const Index i1 = g.of_1[i], i2 = g.of_2[i];
-    cells.z1[i] = i1 != no_index ? a.z[i1] : f1_at_b[i2];
-    cells.z2[i] = i2 != no_index ? b.z[i2] : f2_at_a[i1];
-    known_in_both[i] = (i1 == no_index ? inside(b_in_1.kind[i2]) : i2 != no_index || inside(a_in_2.kind[i1])) ? 1 : 0;
+    cells.z1[i] = i1 != no_index ? a.field.z[i1] : pair.seen[1].z[i2];
+    cells.z2[i] = i2 != no_index ? b.field.z[i2] : pair.seen[0].z[i1];
   });
   cells.triangulation = std::move(common.t);
-  cells.xy = std::move(g.xy);
-  const Triangulation& t = cells.triangulation;
-  c.common = t.real;
-  cells.in_domain.resize(t.real);
-  cells.scanned.resize(t.real);
-  const bool over_hull = c.options.domain == DomainKind::hull;
-  const FootprintOfNodes in_1(borders.in_1, g.of_1, g.of_2), in_2(borders.in_2, g.of_2, g.of_1);
-  const bool anything_goes =
-      over_hull && c.options.border == BorderRule::hull && !(c.options.max_edge > 0) && !(c.options.alpha > 0);
-  const auto scanned = [&](const std::array<Index, 3>& v) {  // as Cells::scanned
-    if (anything_goes) return 3;
-    return (in_1.holds(v, cells.xy) ? 1 : 0) + (in_2.holds(v, cells.xy) ? 2 : 0);
-  };
-  std::optional<FootprintOfNodes> single_1, single_2;
-  if (borders.single)
-    single_1.emplace(borders.single->in_1, g.of_1, g.of_2), single_2.emplace(borders.single->in_2, g.of_2, g.of_1);
-  const auto folded = [&](const std::array<Index, 3>& v) {  // in the footprint of a scan, and not without its folds
-    if (!borders.single) return false;
-    return (in_1.holds(v, cells.xy) && !single_1->holds(v, cells.xy)) ||
-           (in_2.holds(v, cells.xy) && !single_2->holds(v, cells.xy));
-  };
-  struct Found {
-    Index interface = 0;
-    Sum trimmed_area, trimmed_volume;
-    Sum folded_area, folded_above, folded_below;
-    void trim(const Cell& cell) {
-      const Parts parts = split_volume(cell);
-      trimmed_area.add(cell.area);
-      trimmed_volume.add(parts.above + parts.below);
-    }
-    void fold(const Cell& cell) {
-      const Parts parts = split_volume(cell);
-      folded_area.add(cell.area);
-      folded_above.add(parts.above);
-      folded_below.add(parts.below);
-    }
-  };
-  const CellView view = cells.view();
-  const Found found = reduce_blocks<Found>(
-      t.real, default_block,
+  cells.xy = std::move(common.nodes.xy);
+  cells.in_domain.resize(cells.triangulation.real);
+  cells.scanned.resize(cells.triangulation.real);
+  const CellRules rules(common, cells.xy, pair, borders, c.options);
+  const LeftOut found = reduce_blocks<LeftOut>(
+      cells.triangulation.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        Found part;
-        Clip::Scratch scratch;
-        const auto for_inside = [&](std::size_t i, auto&& f) {  // the cell, or what of it lies inside the clip
-          if (clip == nullptr) return f(cell_at(view, i));
-          clip->for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
-            for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
-              f(Cell{area, {p.d(), q.d(), r.d()}});
-            });
-          });
-        };
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto& v = t.triangles[i].v;
-          const bool in_hulls =
-              over_hull || (known_in_both[v[0]] != 0 && known_in_both[v[1]] != 0 && known_in_both[v[2]] != 0);
-          const int by = scanned(v);
-          cells.scanned[i] = static_cast<unsigned char>(by);
-          const bool sampled = in_hulls && (over_hull ? by != 0 : by == 3), in_fold = sampled && folded(v);
-          cells.in_domain[i] = sampled && !(in_fold && borders.left_out) ? 1 : 0;
-          if (in_hulls && !sampled) for_inside(i, [&](const Cell& cell) { part.trim(cell); });
-          if (in_fold) for_inside(i, [&](const Cell& cell) { part.fold(cell); });
-          part.interface += g.joins(v) ? 1 : 0;
-        }
-        return part;
+        return judge_cells(cells, common, rules, borders.left_out, clip, begin, end);
       },
-      [](Found& total, const Found& part) {
-        total.interface += part.interface;
-        total.trimmed_area.add(part.trimmed_area);
-        total.trimmed_volume.add(part.trimmed_volume);
-        total.folded_area.add(part.folded_area);
-        total.folded_above.add(part.folded_above);
-        total.folded_below.add(part.folded_below);
-      });
+      [](LeftOut& total, const LeftOut& part) { total.add(part); });
+  c.common = cells.triangulation.real;
   c.interface = found.interface;
   c.trimmed_area = found.trimmed_area.value();
   c.trimmed_volume = found.trimmed_volume.value();
-  c.folds.area = found.folded_area.value();
+  c.folds.area = found.folded.area.value();
   Volume& in_folds = c.folds.volume;
-  in_folds.above = found.folded_above.value(), in_folds.below = found.folded_below.value();
+  in_folds.above = found.folded.above.value(), in_folds.below = found.folded.below.value();
   in_folds.net = in_folds.above - in_folds.below, in_folds.absolute = in_folds.above + in_folds.below;
   return cells;
 }
@@ -482,9 +583,8 @@ void measure_overlay(const Overlay& overlay, const AreaOfInterest& area, Compari
   if (c.options.surface == Surface::overlay) area.fill_budget(overlay, c, context);
 }
 
-void measure_detail(const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip, Comparison& c,
-                    const Context& context) {
-  c.detail = detail_measure(m1, m2, c.options.domain == DomainKind::hull, clip, context);
+void measure_detail(const Pair& pair, const Clip* clip, Comparison& c, const Context& context) {
+  c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, clip, context);
   if (!c.detail && c.options.measure == MeasureKind::dV)
     throw OverlapError(fmt::format(
         "--measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave --measure "

@@ -17,7 +17,7 @@ namespace isopach::stages {
 namespace {
 
 using Kind = WeightSource::Kind;
-using Scan = WeightSource::Scan;
+using From = WeightSource::Scan;
 
 std::string name_of(const Cloud& cloud, const char* role) {
   return cloud.path.empty() ? std::string("scan ") + role : cloud.path;
@@ -61,69 +61,76 @@ void check_weight(const CompareOptions& options) {
   if (options.weight.kind == Kind::expression) (void)Expression(options.weight.text, "--weight");
 }
 
-void Weighting::take_points(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b,
-                            Comparison& c) {
-  if (!asked()) return;
-  const auto& r = c.frame.rotation;
-  const Point3& o = c.frame.origin;
-  origin_ = {r[0] * o.x + r[1] * o.y + r[2] * o.z, r[3] * o.x + r[4] * o.y + r[5] * o.z,
-             r[6] * o.x + r[7] * o.y + r[8] * o.z};
-  const std::string& text = options_.weight.text;
-  if (is_attribute()) {
-    const Scan scan = options_.weight.scan;
-    const Attribute* of_a = scan == Scan::b ? nullptr : a.find_attribute(text);
-    const Attribute* of_b = scan == Scan::a ? nullptr : b.find_attribute(text);
+NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c, const Context& context) {
+  const WeightSource& source = c.options.weight;
+  NodeWeight w;
+  if (source.kind == Kind::none) return w;
+  const auto& r = pair.frame.rotation;
+  const Point3& o = pair.frame.origin;
+  w.origin = {r[0] * o.x + r[1] * o.y + r[2] * o.z, r[3] * o.x + r[4] * o.y + r[5] * o.z,
+              r[6] * o.x + r[7] * o.y + r[8] * o.z};
+  const std::string& text = source.text;
+  if (source.kind == Kind::attribute) {
+    const Attribute* of_a = source.scan == From::b ? nullptr : a.find_attribute(text);
+    const Attribute* of_b = source.scan == From::a ? nullptr : b.find_attribute(text);
     if (of_a == nullptr && of_b == nullptr)
       throw InputError(fmt::format("--weight: {} has no attribute '{}': `isopach info` lists those it has",
-                                   scan == Scan::a   ? name_of(a, "A")
-                                   : scan == Scan::b ? name_of(b, "B")
-                                                     : "neither " + name_of(a, "A") + " nor " + name_of(b, "B"),
+                                   source.scan == From::a   ? name_of(a, "A")
+                                   : source.scan == From::b ? name_of(b, "B")
+                                                            : "neither " + name_of(a, "A") + " nor " + name_of(b, "B"),
                                    text));
-    of_b_ = of_b != nullptr;
-    own_ = of_b_ ? attribute_of_nodes(b, *of_b, field_b, name_of(b, "B"))
-                 : attribute_of_nodes(a, *of_a, field_a, name_of(a, "A"));
+    w.scan = of_b != nullptr ? 1 : 0;
+    w.own = of_b != nullptr ? attribute_of_nodes(b, *of_b, pair.scan[1].field, name_of(b, "B"))
+                            : attribute_of_nodes(a, *of_a, pair.scan[0].field, name_of(a, "A"));
   }
-  if (options_.weight.kind != Kind::raster) return;
+  if (source.kind != Kind::raster) return w;
   if (r != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     throw UsageError(
         "--weight: a raster is in x and y, so it goes with --direction z alone: leave the direction, or "
         "give a formula");
-  raster_.emplace(text, "--weight", context_);
+  w.raster.emplace(text, "--weight", context);
   const std::string& crs = !a.crs.empty() ? a.crs : b.crs;
-  if (!crs.empty() && !raster_->crs().empty() && crs != raster_->crs())
+  if (!crs.empty() && !w.raster->crs().empty() && crs != w.raster->crs())
     c.warnings.push_back("--weight: " + text +
                          " names its coordinate system differently from the scans; it is taken as it stands");
+  return w;
 }
 
-void Weighting::take_meshes(const OverlayMesh& m1, const OverlayMesh& m2) {
+Weighting::Weighting(NodeWeight weight, const Pair& pair, const CompareOptions& options, const Context& context)
+    : options_(options), context_(context), weight_(std::move(weight)) {
   if (!is_attribute()) return;
-  const OverlayMesh &own = of_b_ ? m2 : m1, &other = of_b_ ? m1 : m2;
-  at_other_ = interpolate(other.in_other, other.xy, own.t, own.xy, own_, context_);
+  const Scan &own = pair.scan[weight_.scan], &other = pair.scan[1 - weight_.scan];
+  at_other_ =
+      isopach::interpolate(pair.seen[1 - weight_.scan].at, other.field.xy, own.t, own.field.xy, weight_.own, context_);
 }
 
-void Weighting::take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip) {
-  of_overlay_ = weigh(overlay, m1, m2, own_, of_b_, weight(), clip, context_);
+WeightedMeasures Weighting::over(const Overlay& overlay, const Pair& pair, const Clip* clip) const {
+  return weigh(overlay, pair.mesh(0), pair.mesh(1), weight_.own, weight_.scan == 1, weight(), clip, context_);
 }
 
-void Weighting::take_union(const UnitedNodes& nodes) {
-  if (!is_attribute()) return;
-  const Array<Index>&own = of_b_ ? nodes.of_2 : nodes.of_1, &other = of_b_ ? nodes.of_1 : nodes.of_2;
-  at_union_.resize(own.size());
+Array<double> Weighting::at(const UnitedNodes& nodes) const {
+  Array<double> values;
+  if (!is_attribute()) return values;
+  const bool of_b = weight_.scan == 1;
+  const Array<Index>&own = of_b ? nodes.of_2 : nodes.of_1, &other = of_b ? nodes.of_1 : nodes.of_2;
+  values.resize(own.size());
   for_each_index(own.size(),
-                 [&](std::size_t i) { at_union_[i] = own[i] != no_index ? own_[own[i]] : at_other_[other[i]]; });
+                 [&](std::size_t i) { values[i] = own[i] != no_index ? weight_.own[own[i]] : at_other_[other[i]]; });
+  return values;
 }
 
-void Weighting::describe(Comparison& c) const {
+void Weighting::describe(const Array<double>& at_nodes, const std::optional<WeightedMeasures>& over_overlay,
+                         Comparison& c) const {
   if (!asked()) return;
-  c.weighted = of_overlay_ ? *of_overlay_ : weigh(c.cells.view(), at_union_, weight(), context_);
+  c.weighted = over_overlay ? *over_overlay : weigh(c.cells.view(), at_nodes, weight(), context_);
   if (!(c.weighted->integral > 0))
     c.warnings.push_back("--weight: it is 0 everywhere on the area compared: check its coordinates");
 }
 
 Weight Weighting::weight() const {
   if (is_attribute()) return LinearWeight{};
-  if (raster_) return RasterWeight{*raster_, options_.weight.text, origin_};
-  return ExpressionWeight{options_.weight.text, origin_};
+  if (weight_.raster) return RasterWeight{*weight_.raster, options_.weight.text, weight_.origin};
+  return ExpressionWeight{options_.weight.text, weight_.origin};
 }
 
 }  // namespace isopach::stages

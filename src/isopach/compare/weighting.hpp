@@ -1,11 +1,11 @@
-// weighting: what options.weight asks for, on the way through a comparison. Values of the points become values of the
-// nodes; what T1 and T2 know of interpolation is used before they go; the integrals come when the cells are there.
+// weighting: what options.weight asks for. Values of the points become values of the nodes (NodeWeight), and with what
+// T1 and T2 know of interpolation values in both surfaces (Weighting), of which the integrals are asked.
 #pragma once
 #include <optional>
 
 #include "isopach/compare/comparison.hpp"
 #include "isopach/overlay/common.hpp"
-#include "isopach/overlay/overlay.hpp"
+#include "isopach/overlay/pair.hpp"
 
 namespace isopach::stages {
 
@@ -17,29 +17,36 @@ void check_weight(const CompareOptions& options);
 [[nodiscard]] Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute, const HeightField& field,
                                                const std::string& file);
 
+/// What options.weight names, read before any work: the values of an attribute at the nodes of its scan, or a raster.
+struct NodeWeight {
+  Point3 origin{};  ///< frame coordinates + origin = along the axes of the frame, unshifted
+  std::optional<RasterValues> raster;
+  std::size_t scan = 1;  ///< whose attribute
+  Array<double> own;
+};
+/// A node of several points has the mean of their values. Errors, naming --weight: no such attribute, a value below 0
+/// or not finite, a raster that cannot be read, or with another direction than z.
+[[nodiscard]] NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c,
+                                         const Context& context);
+
+/// The weight in both surfaces.
 class Weighting {
  public:
-  Weighting(const CompareOptions& options, const Context& context) : options_(options), context_(context) {}
+  /// `pair`: located.
+  Weighting(NodeWeight weight, const Pair& pair, const CompareOptions& options, const Context& context);
 
   /// Whether there is a weight; otherwise nothing below does anything or takes memory.
   [[nodiscard]] bool asked() const { return options_.weight.kind != WeightSource::Kind::none; }
 
-  /// The values of the attribute, or of the raster. A node of several points has the mean of their values. Errors,
-  /// naming --weight: no such attribute, a value below 0 or not finite, a raster that cannot be read, or with another
-  /// direction than z.
-  void take_points(const Cloud& a, const Cloud& b, const HeightField& field_a, const HeightField& field_b,
-                   Comparison& c);
+  /// The weighted measures over the overlay. `clip`: cuts its cells; may be nothing.
+  [[nodiscard]] WeightedMeasures over(const Overlay& overlay, const Pair& pair, const Clip* clip) const;
 
-  /// While T1, T2 and the locations are there.
-  void take_meshes(const OverlayMesh& m1, const OverlayMesh& m2);
+  /// The attribute at the nodes of T; empty where the weight is none.
+  [[nodiscard]] Array<double> at(const UnitedNodes& nodes) const;
 
-  /// For measures over the overlay. `clip`: cuts its cells; may be nothing.
-  void take_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2, const Clip* clip);
-
-  void take_union(const UnitedNodes& nodes);
-
-  /// The weighted measures into c.weighted, over options.surface; over T for `both`.
-  void describe(Comparison& c) const;
+  /// The weighted measures into c.weighted: those over the overlay, or else over T, for which `at_nodes` is at().
+  void describe(const Array<double>& at_nodes, const std::optional<WeightedMeasures>& over_overlay,
+                Comparison& c) const;
 
  private:
   [[nodiscard]] bool is_attribute() const { return options_.weight.kind == WeightSource::Kind::attribute; }
@@ -47,12 +54,8 @@ class Weighting {
 
   const CompareOptions& options_;
   const Context& context_;
-  Point3 origin_{};  // frame coordinates + origin = along the axes of the frame, unshifted
-  std::optional<RasterValues> raster_;
-  bool of_b_ = true;              // whose attribute
-  Array<double> own_, at_other_;  // attribute at the nodes of its scan, and of the other one
-  Array<double> at_union_;
-  std::optional<WeightedMeasures> of_overlay_;
+  NodeWeight weight_;
+  Array<double> at_other_;  // attribute at the nodes of the other scan
 };
 
 }  // namespace isopach::stages

@@ -22,7 +22,7 @@ constexpr std::size_t query_block = 256;
 constexpr Point3 up{0, 0, 1};
 
 /// A scan on its way through the measures.
-struct Scan {
+struct PosedScan {
   HeightField field;
   ScanPoints kept;
   Mesh mesh;
@@ -61,7 +61,7 @@ Figures figures_of(std::vector<double> values) {
 
 /// `distance_of(point)` for all kept points of a scan, in parallel; the field over all points of its file beside it.
 template <class F>
-Figures over_points(const Scan& scan, std::size_t points, const std::string& name, std::vector<Attribute>& fields,
+Figures over_points(const PosedScan& scan, std::size_t points, const std::string& name, std::vector<Attribute>& fields,
                     F&& distance_of) {
   std::vector<double> values(scan.kept.points.size());
   for_blocks(values.size(), query_block, [&](std::size_t begin, std::size_t end) {
@@ -89,9 +89,9 @@ double normal_distance(const Point3& p, const SurfaceTree& tree) {
   return crossing.face == no_index ? nan : -crossing.t;
 }
 
-double diagonal(const Scan& a, const Scan& b) {
+double diagonal(const PosedScan& a, const PosedScan& b) {
   Box3 box;
-  for (const Scan* scan : {&a, &b})
+  for (const PosedScan* scan : {&a, &b})
     for (const Point3& p : scan->kept.points) box.add(p);
   return length(box.max - box.min);
 }
@@ -121,7 +121,8 @@ void check_units(const Cloud& a, const Cloud& b, Distances& d) {
   d.warnings.insert(d.warnings.end(), units.warnings.begin(), units.warnings.end());
 }
 
-M3c2Result measure_m3c2(const Cloud* cores, const Scan& a, const Scan& b, const Distances& d, const Context& context) {
+M3c2Result measure_m3c2(const Cloud* cores, const PosedScan& a, const PosedScan& b, const Distances& d,
+                        const Context& context) {
   M3c2Result result;
   Array<Point3> places;
   if (cores != nullptr) {
@@ -185,11 +186,11 @@ class Page {
     d_.own_faces_a = a_.mesh.own_faces, d_.own_faces_b = b_.mesh.own_faces;
     d_.trimmed_a = a_.mesh.trimmed_area, d_.trimmed_b = b_.mesh.trimmed_area;
   }
-  void load(const Cloud& cloud, const Pose& pose, Scan& scan) {
+  void load(const Cloud& cloud, const Pose& pose, PosedScan& scan) {
     scan.field = project(cloud, pose, d_.frame, d_.options.project, context_);
     scan.kept = scan_points(cloud, pose, d_.frame, scan.field);
   }
-  void lay(const Cloud& cloud, const Pose& pose, Scan& scan) {
+  void lay(const Cloud& cloud, const Pose& pose, PosedScan& scan) {
     scan.mesh = make_mesh(cloud, pose, d_.frame, scan.field, d_.options.mesh,
                           {d_.options.border == BorderRule::trim, d_.options.max_edge}, context_);
     scan.tree = std::make_unique<SurfaceTree>(scan.mesh);
@@ -252,7 +253,7 @@ class Page {
   Distances& d_;
   const Context& context_;
   stages::Clock clock_;
-  Scan a_, b_;
+  PosedScan a_, b_;
 };
 
 }  // namespace

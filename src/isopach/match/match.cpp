@@ -34,18 +34,17 @@ Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.
 
 /// MOVING (as B) on FIXED (as A) where it starts: the scans as meshes, and how they lie on one another if that is
 /// asked for.
-ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock,
-                    const Context& context) {
+Pair at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock, const Context& context) {
   CompareOptions options = m.options.compare;
   options.pose = m.options.start;
-  ScanMeshes meshes;
+  Pair pair;
   if (m.options.judge) {
     clock.start("before");
     options.check_layers = false;  // the comparison after it does
-    Comparison before = compare(fixed, moving, options, context, meshes);
+    Comparison before = compare(fixed, moving, options, context, pair);
     m.before = fit_of(before);
     if (m.options.keep_comparisons) m.comparison_before = std::move(before);
-    return meshes;
+    return pair;
   }
   Comparison c;
   options.check_layers = options.check_layers && of_surfaces(m.options.objective);
@@ -55,20 +54,16 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   stages::check_units(fixed, moving, options, c);
 
   clock.start("project");
-  const Frame frame = meshes.frame = choose_frame(fixed, moving, options.pose, options.project, context);
-  HeightField &a = meshes.a, &b = meshes.b;
-  both([&] { a = project(fixed, Pose{}, frame, options.project, context); },
-       [&] { b = project(moving, options.pose, frame, options.project, context); });
-  stages::describe_inputs(fixed, moving, a, b, c, context);
+  pair = project_pair(fixed, moving, options.pose, options.project, context);
+  stages::describe_inputs(fixed, moving, pair, c, context);
   describe(c, m);
 
   clock.start("delaunay");  // once: no motion changes it
-  both([&] { meshes.t1 = triangulate(a.xy, frame.curve, context); },
-       [&] { meshes.t2 = triangulate(b.xy, frame.curve, context); });
+  triangulate(pair, context);
 
   clock.start("border");
-  stages::find_footprints(meshes.t1, meshes.t2, a, b, options, meshes.kept_1, meshes.kept_2, context);
-  return meshes;
+  stages::find_footprints(pair, options, context);
+  return pair;
 }
 
 /// The search by the measure, again on the facets of a scan that could be a nominal mesh: it is one if the points of
@@ -94,25 +89,27 @@ SearchResult search_with_nominal(const Cloud& moving, const Cloud& fixed, MatchS
 }
 
 /// The objectives `measure` and `currents`: both scans in one frame, triangulated once, then the search.
-void match_surfaces(const Cloud& moving, const Cloud& fixed, ScanMeshes meshes, Matching& m, stages::Clock& clock,
+void match_surfaces(const Cloud& moving, const Cloud& fixed, Pair pair, Matching& m, stages::Clock& clock,
                     const Context& context) {
   clock.start("facets");
-  HeightField &a = meshes.a, &b = meshes.b;
+  auto& [a, b] = pair.scan;
+  const auto surface_of = [](Scan& s) {
+    return make_surface(std::move(s.field.xy), std::move(s.field.z), std::move(s.t), s.kept);
+  };
   MatchSurface f, g;
-  both([&] { f = make_surface(std::move(a.xy), std::move(a.z), std::move(meshes.t1), meshes.kept_1); },
-       [&] { g = make_surface(std::move(b.xy), std::move(b.z), std::move(meshes.t2), meshes.kept_2); });
+  both([&] { f = surface_of(a); }, [&] { g = surface_of(b); });
 
-  apply_weight(moving, fixed, b, a, meshes.frame, m.options.compare, g, f, context);
+  apply_weight(moving, fixed, b.field, a.field, pair.frame, m.options.compare, g, f, context);
 
   clock.start("search");
   const auto minimise = m.options.objective == Objective::currents ? currents_search : search;
   const auto search_from = [&](const MatchSurface& from, const MatchSurface& on) {
-    return minimise(from, on, m.options, axis_names(meshes.frame), context);
+    return minimise(from, on, m.options, axis_names(pair.frame), context);
   };
   SearchResult found = m.options.objective == Objective::measure
                            ? search_with_nominal(moving, fixed, g, f, m, search_from, context)
                            : search_from(g, f);
-  take(found, meshes.frame, b.node_of_point, m);
+  take(found, pair.frame, b.field.node_of_point, m);
 }
 
 /// The objectives of pairs of points.
@@ -131,9 +128,9 @@ Matching search_once(const Cloud& moving, const Cloud& fixed, const MatchOptions
                      const Context& context) {
   Matching m;
   m.options = options;
-  ScanMeshes meshes = at_start(moving, fixed, m, clock, context);
+  Pair pair = at_start(moving, fixed, m, clock, context);
   if (of_surfaces(options.objective))
-    match_surfaces(moving, fixed, std::move(meshes), m, clock, context);
+    match_surfaces(moving, fixed, std::move(pair), m, clock, context);
   else
     match_points(moving, fixed, m, clock, context);
   return m;

@@ -14,7 +14,7 @@ namespace isopach {
 namespace {
 
 using Kind = WeightSource::Kind;
-using Scan = WeightSource::Scan;
+using From = WeightSource::Scan;
 
 double checked(double value, const std::string& what) {
   if (std::isnan(value)) return 0;
@@ -67,8 +67,8 @@ void apply_weight(const Cloud& moving, const Cloud& fixed, const HeightField& mo
   if (w.kind == Kind::none) return;
   if (w.kind == Kind::expression) return give(fixed_surface, by_formula(w.text, frame, fixed_surface), w.text);
   if (w.kind == Kind::raster) return give(fixed_surface, by_raster(w.text, frame, fixed_surface, context), w.text);
-  const Attribute* of_fixed = w.scan == Scan::b ? nullptr : fixed.find_attribute(w.text);
-  const Attribute* of_moving = w.scan == Scan::a ? nullptr : moving.find_attribute(w.text);
+  const Attribute* of_fixed = w.scan == From::b ? nullptr : fixed.find_attribute(w.text);
+  const Attribute* of_moving = w.scan == From::a ? nullptr : moving.find_attribute(w.text);
   if (of_moving != nullptr) {
     give(moving_surface, stages::attribute_of_nodes(moving, *of_moving, moving_field, "MOVING"), w.text);
   } else if (of_fixed != nullptr) {

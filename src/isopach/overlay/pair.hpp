@@ -1,0 +1,53 @@
+// Pair: two scans in one frame, each as a mesh, and each as the other one sees it. What compares two scans is made of
+// one, stage by stage; what has not been made yet is empty.
+#pragma once
+#include <array>
+
+#include "isopach/base/context.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/cloud/cloud.hpp"
+#include "isopach/delaunay/triangulation.hpp"
+#include "isopach/field/height_field.hpp"
+#include "isopach/overlay/overlay.hpp"
+
+namespace isopach {
+
+/// A scan in the frame of its pair.
+struct Scan {
+  HeightField field;
+  Triangulation t;              ///< of the nodes of the field
+  Array<unsigned char> kept;    ///< one flag per real triangle: part of the scan; empty if all are
+  Array<unsigned char> folded;  ///< … and whether it is in a fold; empty if none is
+};
+
+/// The nodes of one scan in the other.
+struct Seen {
+  Locations at;     ///< where each lies
+  Array<double> z;  ///< height of the other surface there
+};
+
+struct Pair {
+  Frame frame;
+  std::array<Scan, 2> scan;  ///< A, B
+  std::array<Seen, 2> seen;  ///< the nodes of A in B, those of B in A
+
+  /// One of the two surfaces, once it is located and interpolated.
+  [[nodiscard]] OverlayMesh mesh(std::size_t k) const {
+    return {scan[k].t, scan[k].field.xy, scan[k].field.z, seen[k].at, seen[k].z, scan[k].kept};
+  }
+};
+
+/// f(0) and f(1) side by side.
+template <class F>
+void for_both(F&& f) {
+  both([&] { f(std::size_t{0}); }, [&] { f(std::size_t{1}); });
+}
+
+/// The frame of both and their nodes in it. Errors and cost as of choose_frame and project.
+[[nodiscard]] Pair project_pair(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
+                                const Context& context);
+
+/// T1 and T2. Cost O(n log n).
+void triangulate(Pair& pair, const Context& context);
+
+}  // namespace isopach
