@@ -6,7 +6,7 @@
     python3 bench/parts_study.py ISOPACH jaw [RUNS]         sequence: a part of a third of the area that opens 8 degrees
     python3 bench/parts_study.py ISOPACH nonsense           sequence: frames that do not follow one another
 
-Each prints a table of Markdown: those of docs/combine.md and docs/sequence.md. Needs numpy.
+Each prints a table of Markdown: those of docs/use/combine.md and docs/use/sequence.md. Needs numpy.
 """
 
 import json

@@ -192,7 +192,7 @@ TEST(ByInterface, TurnsAroundAHubOnce) {
   EXPECT_LT(per_node[1], 20);
 }
 
-// docs/localisation.md: nodes at random heights in the worst case's bundle of thin triangles. Every walk is long, so
+// docs/method/localisation.md: nodes at random heights in the worst case's bundle of thin triangles. Every walk is long, so
 // that many rounds of the budget are needed.
 TEST(ByInterface, EqualsTheTreeWhereEveryNeighbourIsBehindABundle) {
   Random random(12);
