@@ -74,10 +74,11 @@ void Weighting::take_points(const Cloud& a, const Cloud& b, const HeightField& f
     const Attribute* of_a = scan == Scan::b ? nullptr : a.find_attribute(text);
     const Attribute* of_b = scan == Scan::a ? nullptr : b.find_attribute(text);
     if (of_a == nullptr && of_b == nullptr)
-      throw InputError(fmt::format("--weight: {} has no attribute '{}': `isopach info` lists those it has",
-                                   scan == Scan::a   ? name_of(a, "A")
-                                   : scan == Scan::b ? name_of(b, "B")
-                                                     : "neither " + name_of(a, "A") + " nor " + name_of(b, "B"),
+      throw InputError(fmt::format("--weight: {} attribute '{}': `isopach info` lists the attributes of a file",
+                                   scan == Scan::a ? name_of(a, "A") + " has no"
+                                   : scan == Scan::b
+                                       ? name_of(b, "B") + " has no"
+                                       : "neither " + name_of(a, "A") + " nor " + name_of(b, "B") + " has an",
                                    text));
     of_b_ = of_b != nullptr;
     own_ = of_b_ ? attribute_of_nodes(b, *of_b, field_b, name_of(b, "B"))
