@@ -1,6 +1,6 @@
 // How well `sequence` does where the truth is known: chewing_bench [FRAMES [POINTS [THREADS]]], writes the table of
-// docs/use/sequence.md. Scene `chewing` of `simulate`; labels outside the transition zone, errors of the motion of every
-// frame, CPU time and time a frame.
+// docs/use/sequence.md. Scene `chewing` of `simulate`; labels outside the transition zone, errors of the motion of
+// every frame, CPU time and time a frame.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
-// How well `combine` does where the truth is known: combine_bench [POINTS], writes the table of docs/use/combine.md. Scene
-// `combine` of `simulate`: errors of the jaw's place against the truth, and what the result says of them itself.
+// How well `combine` does where the truth is known: combine_bench [POINTS], writes the table of docs/use/combine.md.
+// Scene `combine` of `simulate`: errors of the jaw's place against the truth, and what the result says of them itself.
 #include <fmt/format.h>
 
 #include <cmath>

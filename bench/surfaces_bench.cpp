@@ -1,7 +1,7 @@
-// What the surface between the nodes costs and gives: surfaces_bench [LARGEST] writes docs/evidence/surfaces.md to standard
-// output. Scenes with a known gross volume; the common triangulation, the exact overlay, cubic interpolation, and
-// what is usual: both triangulations sampled at the centres of a grid, and subtracted. All over the intersection of the
-// hulls, one seed, CPU time on one thread.
+// What the surface between the nodes costs and gives: surfaces_bench [LARGEST] writes docs/evidence/surfaces.md to
+// standard output. Scenes with a known gross volume; the common triangulation, the exact overlay, cubic interpolation,
+// and what is usual: both triangulations sampled at the centres of a grid, and subtracted. All over the intersection of
+// the hulls, one seed, CPU time on one thread.
 #include <fmt/format.h>
 
 #include <algorithm>

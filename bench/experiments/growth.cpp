@@ -224,7 +224,8 @@ Pair worst_case_pair(std::size_t n) {
   return make_pair_of(scene.a, scene.b, 1);
 }
 
-/// The counterexample of docs/method/localisation.md: in the same bundle of long thin triangles, nodes at heights of chance.
+/// The counterexample of docs/method/localisation.md: in the same bundle of long thin triangles, nodes at heights of
+/// chance.
 Pair bundle_pair(std::size_t n) {
   SceneOptions options;
   options.points_a = options.points_b = n;
