@@ -16,9 +16,8 @@ int main(int argc, char** argv) {
   FaceAndJawOptions o;
   if (argc > 1) o.points = static_cast<std::size_t>(std::atol(argv[1]));
   fmt::print(
-      "| noise, mm | seed | object in face, in jaw | turn off by, degrees | jaw's middle off by, mm | ± said: degrees, "
-      "mm | "
-      "CPU s |\n|---|---|---|---|---|---|---|\n");
+      "| noise, mm | seed | object in face, in jaw | error of the rotation, degrees | error at the jaw's "
+      "middle, mm | stated: degrees, mm | CPU s |\n|---|---|---|---|---|---|---|\n");
   for (const double noise : {0.05, 0.1})
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       o.noise = noise;
