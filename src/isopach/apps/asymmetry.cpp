@@ -1,4 +1,4 @@
-// THE PAGE of asymmetry: mirror, match, compare, tell by region (METHOD section 5).
+// THE PAGE of asymmetry: mirror, match, compare, report by region (docs/use/asymmetry.md).
 #include "isopach/apps/asymmetry.hpp"
 
 #include <fmt/format.h>
