@@ -1,6 +1,6 @@
-// GDAL's C interface, loaded when a raster, a layer of polygons or a coordinate reference system asks for it: the hundred
-// libraries behind GDAL would cost every start of the program some 50 ms. Only the files gdal*.cpp see this header, which
-// is not installed; where isopach is built without GDAL, without_gdal.cpp stands in for them.
+// GDAL's C interface, loaded when a raster, a layer of polygons or a coordinate reference system asks for it: the
+// hundred libraries behind GDAL would cost every start of the program some 50 ms. Only the files gdal*.cpp see this
+// header, which is not installed; where isopach is built without GDAL, without_gdal.cpp stands in for them.
 #pragma once
 #include <cpl_conv.h>
 #include <cpl_error.h>
@@ -21,98 +21,98 @@
 namespace isopach {
 
 // What of GDAL is used: every release from 3.4 on has it.
-#define ISOPACH_GDAL_FUNCTIONS(X)                                                                                      \
-  X(CPLCalloc)                                                                                                         \
-  X(CPLGetErrorHandlerUserData)                                                                                        \
-  X(CPLHTTPPopFetchCallback)                                                                                           \
-  X(CPLHTTPPushFetchCallback)                                                                                          \
-  X(CPLPopErrorHandler)                                                                                                \
-  X(CPLPushErrorHandlerEx)                                                                                             \
-  X(CPLSetThreadLocalConfigOption)                                                                                     \
-  X(CPLStrdup)                                                                                                         \
-  X(GDALAllRegister)                                                                                                   \
-  X(GDALClose)                                                                                                         \
-  X(GDALCreate)                                                                                                        \
-  X(GDALDataTypeIsComplex)                                                                                             \
-  X(GDALDatasetGetLayer)                                                                                               \
-  X(GDALDatasetGetLayerCount)                                                                                          \
-  X(GDALGetBlockSize)                                                                                                  \
-  X(GDALGetDatasetDriver)                                                                                              \
-  X(GDALGetDriverByName)                                                                                               \
-  X(GDALGetDriverShortName)                                                                                            \
-  X(GDALGetGeoTransform)                                                                                               \
-  X(GDALGetMaskBand)                                                                                                   \
-  X(GDALGetMaskFlags)                                                                                                  \
-  X(GDALGetRasterBand)                                                                                                 \
-  X(GDALGetRasterCount)                                                                                                \
-  X(GDALGetRasterDataType)                                                                                             \
-  X(GDALGetRasterOffset)                                                                                               \
-  X(GDALGetRasterScale)                                                                                                \
-  X(GDALGetRasterUnitType)                                                                                             \
-  X(GDALGetRasterXSize)                                                                                                \
-  X(GDALGetRasterYSize)                                                                                                \
-  X(GDALGetSpatialRef)                                                                                                 \
-  X(GDALOpenEx)                                                                                                        \
-  X(GDALRasterIO)                                                                                                      \
-  X(GDALRegister_GTiff)                                                                                                \
-  X(GDALSetGeoTransform)                                                                                               \
-  X(GDALSetProjection)                                                                                                 \
-  X(GDALSetRasterNoDataValue)                                                                                          \
-  X(GDALSetRasterUnitType)                                                                                             \
-  X(OGR_F_Destroy)                                                                                                     \
-  X(OGR_F_GetFieldAsString)                                                                                            \
-  X(OGR_F_GetFieldCount)                                                                                               \
-  X(OGR_F_GetFieldDefnRef)                                                                                             \
-  X(OGR_F_GetGeometryRef)                                                                                              \
-  X(OGR_F_IsFieldSetAndNotNull)                                                                                        \
-  X(OGR_Fld_GetNameRef)                                                                                                \
-  X(OGR_GT_Flatten)                                                                                                    \
-  X(OGR_G_AddGeometryDirectly)                                                                                         \
-  X(OGR_G_AddPoint_2D)                                                                                                 \
-  X(OGR_G_CloseRings)                                                                                                  \
-  X(OGR_G_CreateGeometry)                                                                                              \
-  X(OGR_G_DestroyGeometry)                                                                                             \
-  X(OGR_G_GetGeometryCount)                                                                                            \
-  X(OGR_G_GetGeometryRef)                                                                                              \
-  X(OGR_G_GetGeometryType)                                                                                             \
-  X(OGR_G_GetLinearGeometry)                                                                                           \
-  X(OGR_G_GetPointCount)                                                                                               \
-  X(OGR_G_GetX)                                                                                                        \
-  X(OGR_G_GetY)                                                                                                        \
-  X(OGR_G_MakeValid)                                                                                                   \
-  X(OGR_G_SymDifference)                                                                                               \
-  X(OGR_L_GetNextFeature)                                                                                              \
-  X(OGR_L_GetSpatialRef)                                                                                               \
-  X(OGR_L_ResetReading)                                                                                                \
-  X(OSRAutoIdentifyEPSG)                                                                                               \
-  X(OSRClone)                                                                                                          \
-  X(OSRDestroySpatialReference)                                                                                        \
-  X(OSRExportToPROJJSON)                                                                                               \
-  X(OSRExportToWktEx)                                                                                                  \
-  X(OSRFindMatches)                                                                                                    \
-  X(OSRFreeSRSArray)                                                                                                   \
-  X(OSRGetAngularUnits)                                                                                                \
-  X(OSRGetAuthorityCode)                                                                                               \
-  X(OSRGetAuthorityName)                                                                                               \
-  X(OSRGetAxesCount)                                                                                                   \
-  X(OSRGetLinearUnits)                                                                                                 \
-  X(OSRGetName)                                                                                                        \
-  X(OSRGetTargetLinearUnits)                                                                                           \
-  X(OSRImportFromESRI)                                                                                                 \
-  X(OSRImportFromWkt)                                                                                                  \
-  X(OSRIsCompound)                                                                                                     \
-  X(OSRIsGeocentric)                                                                                                   \
-  X(OSRIsGeographic)                                                                                                   \
-  X(OSRIsLocal)                                                                                                        \
-  X(OSRIsProjected)                                                                                                    \
-  X(OSRIsSameEx)                                                                                                       \
-  X(OSRIsVertical)                                                                                                     \
-  X(OSRNewSpatialReference)                                                                                            \
-  X(OSRSetFromUserInput)                                                                                               \
-  X(OSRStripVertical)                                                                                                  \
-  X(VSIFCloseL)                                                                                                        \
-  X(VSIFileFromMemBuffer)                                                                                              \
-  X(VSIFree)                                                                                                           \
+#define ISOPACH_GDAL_FUNCTIONS(X)  \
+  X(CPLCalloc)                     \
+  X(CPLGetErrorHandlerUserData)    \
+  X(CPLHTTPPopFetchCallback)       \
+  X(CPLHTTPPushFetchCallback)      \
+  X(CPLPopErrorHandler)            \
+  X(CPLPushErrorHandlerEx)         \
+  X(CPLSetThreadLocalConfigOption) \
+  X(CPLStrdup)                     \
+  X(GDALAllRegister)               \
+  X(GDALClose)                     \
+  X(GDALCreate)                    \
+  X(GDALDataTypeIsComplex)         \
+  X(GDALDatasetGetLayer)           \
+  X(GDALDatasetGetLayerCount)      \
+  X(GDALGetBlockSize)              \
+  X(GDALGetDatasetDriver)          \
+  X(GDALGetDriverByName)           \
+  X(GDALGetDriverShortName)        \
+  X(GDALGetGeoTransform)           \
+  X(GDALGetMaskBand)               \
+  X(GDALGetMaskFlags)              \
+  X(GDALGetRasterBand)             \
+  X(GDALGetRasterCount)            \
+  X(GDALGetRasterDataType)         \
+  X(GDALGetRasterOffset)           \
+  X(GDALGetRasterScale)            \
+  X(GDALGetRasterUnitType)         \
+  X(GDALGetRasterXSize)            \
+  X(GDALGetRasterYSize)            \
+  X(GDALGetSpatialRef)             \
+  X(GDALOpenEx)                    \
+  X(GDALRasterIO)                  \
+  X(GDALRegister_GTiff)            \
+  X(GDALSetGeoTransform)           \
+  X(GDALSetProjection)             \
+  X(GDALSetRasterNoDataValue)      \
+  X(GDALSetRasterUnitType)         \
+  X(OGR_F_Destroy)                 \
+  X(OGR_F_GetFieldAsString)        \
+  X(OGR_F_GetFieldCount)           \
+  X(OGR_F_GetFieldDefnRef)         \
+  X(OGR_F_GetGeometryRef)          \
+  X(OGR_F_IsFieldSetAndNotNull)    \
+  X(OGR_Fld_GetNameRef)            \
+  X(OGR_GT_Flatten)                \
+  X(OGR_G_AddGeometryDirectly)     \
+  X(OGR_G_AddPoint_2D)             \
+  X(OGR_G_CloseRings)              \
+  X(OGR_G_CreateGeometry)          \
+  X(OGR_G_DestroyGeometry)         \
+  X(OGR_G_GetGeometryCount)        \
+  X(OGR_G_GetGeometryRef)          \
+  X(OGR_G_GetGeometryType)         \
+  X(OGR_G_GetLinearGeometry)       \
+  X(OGR_G_GetPointCount)           \
+  X(OGR_G_GetX)                    \
+  X(OGR_G_GetY)                    \
+  X(OGR_G_MakeValid)               \
+  X(OGR_G_SymDifference)           \
+  X(OGR_L_GetNextFeature)          \
+  X(OGR_L_GetSpatialRef)           \
+  X(OGR_L_ResetReading)            \
+  X(OSRAutoIdentifyEPSG)           \
+  X(OSRClone)                      \
+  X(OSRDestroySpatialReference)    \
+  X(OSRExportToPROJJSON)           \
+  X(OSRExportToWktEx)              \
+  X(OSRFindMatches)                \
+  X(OSRFreeSRSArray)               \
+  X(OSRGetAngularUnits)            \
+  X(OSRGetAuthorityCode)           \
+  X(OSRGetAuthorityName)           \
+  X(OSRGetAxesCount)               \
+  X(OSRGetLinearUnits)             \
+  X(OSRGetName)                    \
+  X(OSRGetTargetLinearUnits)       \
+  X(OSRImportFromESRI)             \
+  X(OSRImportFromWkt)              \
+  X(OSRIsCompound)                 \
+  X(OSRIsGeocentric)               \
+  X(OSRIsGeographic)               \
+  X(OSRIsLocal)                    \
+  X(OSRIsProjected)                \
+  X(OSRIsSameEx)                   \
+  X(OSRIsVertical)                 \
+  X(OSRNewSpatialReference)        \
+  X(OSRSetFromUserInput)           \
+  X(OSRStripVertical)              \
+  X(VSIFCloseL)                    \
+  X(VSIFileFromMemBuffer)          \
+  X(VSIFree)                       \
   X(VSIUnlink)
 
 /// A function each, called as in GDAL's manual: gdal().GDALOpenEx(…).
@@ -128,8 +128,8 @@ struct Gdal {
 /// GDAL: "`what` needs GDAL, …" with the system's reason and what to install. Test: tests/io/gdal_test.cpp.
 [[nodiscard]] Gdal load_gdal(const std::string& library, const std::string& what);
 
-/// The GDAL that isopach was built with, loaded by the first call. From any thread. Throws as load_gdal, and tries again
-/// when it is called again. `what`: file and purpose, for the message.
+/// The GDAL that isopach was built with, loaded by the first call. From any thread. Throws as load_gdal, and tries
+/// again when it is called again. `what`: file and purpose, for the message.
 const Gdal& need_gdal(const std::string& what);
 
 /// The same where GDAL is loaded already.

@@ -75,9 +75,11 @@ double metres_of_third_axis(Handle reference) {
   const nlohmann::json system = nlohmann::json::parse(text, nullptr, false);
   if (!system.is_object()) return 0;
   const nlohmann::json& bare = system.contains("source_crs") ? system["source_crs"] : system;
-  const nlohmann::json unit = bare.value(nlohmann::json::json_pointer("/coordinate_system/axis/2/unit"), nlohmann::json());
+  const nlohmann::json unit =
+      bare.value(nlohmann::json::json_pointer("/coordinate_system/axis/2/unit"), nlohmann::json());
   if (unit == "metre") return 1;
-  const bool has_length = unit.is_object() && unit.contains("conversion_factor") && unit["conversion_factor"].is_number();
+  const bool has_length =
+      unit.is_object() && unit.contains("conversion_factor") && unit["conversion_factor"].is_number();
   return has_length ? unit["conversion_factor"].get<double>() : 0;
 }
 

@@ -7,7 +7,8 @@
 
 namespace isopach {
 
-/// As read_raster, by the driver of this name alone; cells without data may be all there are. `size`: bytes of the file.
+/// As read_raster, by the driver of this name alone; cells without data may be all there are. `size`: bytes of the
+/// file.
 [[nodiscard]] Cloud gdal_read_raster(const std::string& path, double size, const char* driver, const Context& context);
 /// The same of bytes in memory; `path` is their name.
 [[nodiscard]] Cloud gdal_read_raster(std::span<const char> bytes, const std::string& path, const char* driver,
