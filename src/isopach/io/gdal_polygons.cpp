@@ -47,6 +47,7 @@ class Source {
   explicit Source(const std::string& path) {
     std::error_code error;
     if (!std::filesystem::exists(path, error)) fail(path, "no such file: check the path");
+    need_gdal(path + ": reading polygons");
     // Not to be taken for an address or for polygons as text, which GDAL accepts in place of names.
     opened_ = std::filesystem::absolute(path, error).string();
     if (std::filesystem::is_directory(path, error)) return;
@@ -173,7 +174,6 @@ GdalGeometry ring_as_polygon(const std::vector<Point2>& points) {
 }  // namespace
 
 PolygonFile read_polygons(const std::string& path) {
-  need_gdal(path + ": reading polygons");
   const Source source(path);
   const GdalMessages messages;
   const NoNetwork alone;
