@@ -20,7 +20,7 @@
 
 namespace isopach {
 
-// What of GDAL is used: every release from 3.4 on has it.
+// What of GDAL is used. All of it is in GDAL 3.6.
 #define ISOPACH_GDAL_FUNCTIONS(X)  \
   X(CPLCalloc)                     \
   X(CPLGetErrorHandlerUserData)    \
