@@ -38,6 +38,12 @@ class Output(RoughnessTest):
         self.assertEqual(run.stderr, "")
         self.assertEqual({p.name for p in self.folder.iterdir()}, {"before.xyz", "after.xyz"})
 
+    def test_a_curved_form_hides_wrinkles(self):
+        arch = self.run_cli("roughness", "before.xyz")
+        self.assertRegex(arch.stdout, "before.xyz are a curved form, which sets the depth that wrinkles need, [0-9.]+: remove")
+        for cure in (["--form", "polynomial"], ["--l-filter", "8"], ["--wrinkle-depth", "0.2"]):
+            self.assertNotIn("curved form", self.run_cli("roughness", "before.xyz", *cure).stdout)
+
     def test_folder(self):
         self.run_cli(*self.words, "-o", "out/new", "--json", "copy.json", "--map-width", "400")
         files = {p.name for p in self.path("out/new").iterdir()}

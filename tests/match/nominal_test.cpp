@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <vector>
 
 #include "isopach/base/random.hpp"
@@ -92,6 +93,52 @@ TEST(Nominal, IsToldByThePointsOfTheOtherScan) {
     const Matching on_hills = match(scan_of_hills(6000, noise, 3), faces_of_a_scan, with_scale(), {});
     EXPECT_FALSE(on_hills.nominal_fixed) << noise;
   }
+}
+
+/// The hills sampled at `corners` places, with its triangulation as faces: a scan as scanners write it.
+Cloud scan_with_faces(std::size_t corners, double noise, double detail) {
+  Nominal made(corners, 1);
+  const RandomStream random(7, 6);
+  for (std::size_t i = 0; i < made.cloud.points.size(); ++i) {
+    Point3& p = made.cloud.points[i];
+    p.z += noise * random.normal(i) + detail * std::sin(1.7 * p.x) * std::cos(1.3 * p.y);
+  }
+  return made.cloud;
+}
+
+// The rise of facets that noise or detail finer than the points has bent is none that the other scan could show.
+TEST(Nominal, ScansWithNoiseOrDetailAreNone) {
+  for (const auto& [noise, detail] : {std::pair{0.3, 0.0}, {0.05, 0.0}, {0.0, 0.3}, {0.02, 0.3}, {0.3, 0.3}})
+    for (const std::size_t points : {2000, 20000}) {
+      const RandomStream random(8, 7);
+      std::uint64_t i = 0;
+      const Cloud moving = test::cloud_over(Nominal::places(points, 3), [&](const Point2& p) {
+        return hills(p) + noise * random.normal(i++) + detail * std::sin(1.7 * p.x) * std::cos(1.3 * p.y);
+      });
+      MatchOptions options;
+      options.judge = false;
+      const Matching m = match(moving, scan_with_faces(2000, noise, detail), options, {});
+      EXPECT_FALSE(m.nominal_fixed || m.nominal_moving) << noise << " " << detail << " " << points;
+    }
+}
+
+TEST(Nominal, OfTwoThatCouldBeTheOneThatIs) {
+  const Nominal nominal(300, 1);
+  const Cloud sampled = nominal.sampled(3000, 0.05, 2);
+  test::Points places;
+  for (const Point3& p : sampled.points) places.push_back({p.x, p.y});
+  const SortedTriangulation t = triangulate_unsorted(places, {});
+  std::map<std::pair<double, double>, double> height;
+  for (const Point3& p : sampled.points) height[{p.x, p.y}] = p.z;
+  Cloud scan;
+  for (const Point2& p : t.xy) scan.points.push_back({p.x, p.y, height.at({p.x, p.y})});
+  for (Index i = 0; i < t.triangulation.real; ++i) scan.faces.push_back(t.triangulation.triangles[i].v);
+  scan.format = "stl";
+  const Matching as_fixed = match(scan, nominal.cloud, with_scale(), {});
+  EXPECT_TRUE(as_fixed.nominal_fixed);
+  const Matching as_moving = match(nominal.cloud, scan, with_scale(), {});
+  EXPECT_TRUE(as_moving.nominal_moving);
+  EXPECT_FALSE(as_moving.nominal_fixed);
 }
 
 TEST(Nominal, WithoutFacesNothingIsNominal) {

@@ -71,48 +71,25 @@ ScanMeshes at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages
   return meshes;
 }
 
-/// What is known of whether the scans, whose files have faces, are nominal meshes: that the points of the other lie on
-/// their facets.
-struct NominalScans {
-  RiseShown moving{1, 0, 0}, fixed{1, 0, 0};
-};
-
-NominalScans ask_for_nominal(const Cloud& moving, const Cloud& fixed, const Motion& motion, const MatchSurface& g,
-                             const MatchSurface& f, const Context& context) {
-  NominalScans n;
-  if (may_be_nominal(moving)) n.moving = rise_shown(f, g, motion, true, context);
-  if (may_be_nominal(fixed)) n.fixed = rise_shown(g, f, motion, false, context);
-  return n;
-}
-
-/// Such surfaces are taken as they are from now on. Of two, FIXED alone: points of one of them are needed.
-void take_nominal(bool is_moving, bool is_fixed, MatchSurface& g, MatchSurface& f, Matching& m) {
-  m.nominal_fixed = is_fixed, m.nominal_moving = is_moving && !is_fixed;
-  if (m.nominal_moving) take_as_nominal(g, true);  // its nodes say what of MOVING was fitted
-  if (m.nominal_fixed) take_as_nominal(f, false);
-}
-
-/// The search by the measure, again where a scan turns out to be a nominal mesh. Where that is undecided, it is asked
-/// again at the pose that the facets lead to.
+/// The search by the measure, again on the facets of a scan that could be a nominal mesh: it is one if the points of
+/// the other lie on its facets where these lead to. Of two, FIXED alone: points of one of them are needed.
 template <class Search>
 SearchResult search_with_nominal(const Cloud& moving, const Cloud& fixed, MatchSurface& g, MatchSurface& f, Matching& m,
                                  const Search& search_from, const Context& context) {
   SearchResult found = search_from(g, f);
-  const NominalScans n = ask_for_nominal(moving, fixed, found.motion, g, f, context);
-  if (is_nominal(n.moving) || is_nominal(n.fixed)) {
-    take_nominal(is_nominal(n.moving), is_nominal(n.fixed), g, f, m);
-    return search_from(g, f);
-  }
-  if (!is_undecided(n.moving) && !is_undecided(n.fixed)) return found;
-  MatchSurface flat_g = g, flat_f = f;
-  take_nominal(is_undecided(n.moving), is_undecided(n.fixed), flat_g, flat_f, m);
-  SearchResult on_facets = search_from(flat_g, flat_f);
-  const NominalScans there = ask_for_nominal(moving, fixed, on_facets.motion, g, f, context);
-  if (is_nominal(m.nominal_fixed ? there.fixed : there.moving)) {
-    g = std::move(flat_g), f = std::move(flat_f);
+  const auto shown = [&](bool of_fixed, const Motion& motion) {
+    return of_fixed ? rise_shown(g, f, motion, false, context) : rise_shown(f, g, motion, true, context);
+  };
+  for (const bool of_fixed : {true, false}) {
+    if (!may_be_nominal(of_fixed ? fixed : moving) || !could_be_nominal(shown(of_fixed, found.motion))) continue;
+    MatchSurface flat = of_fixed ? f : g;
+    take_as_nominal(flat, !of_fixed);  // nodes of MOVING say what of it was fitted
+    SearchResult on_facets = of_fixed ? search_from(g, flat) : search_from(flat, f);
+    if (!is_nominal(shown(of_fixed, on_facets.motion))) continue;
+    (of_fixed ? m.nominal_fixed : m.nominal_moving) = true;
+    (of_fixed ? f : g) = std::move(flat);
     return on_facets;
   }
-  m.nominal_moving = m.nominal_fixed = false;
   return found;
 }
 

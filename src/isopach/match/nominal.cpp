@@ -17,14 +17,17 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t least_patch = 16, facets_a_patch = 4, least_patches = 16;
-constexpr double bound = 4.685;  // standard deviations of noise: more is a change
-constexpr double sure = 3;       // standard errors
-constexpr double halfway = 0.5;  // between facets and what is curved
+constexpr double bound = 4.685;               // standard deviations of noise: more is a change
+constexpr double sure = 3;                    // standard errors
+constexpr double halfway = 0.5;               // between facets and what is curved
+constexpr double middle = 1.1, corner = 0.8;  // bubbles of a facet: as much of its area lies beyond each, nearly
+constexpr double least_excess = 0.1;          // of the square rise: less biases nothing
 
 /// A node over a facet.
 struct Over {
   double height = std::numeric_limits<double>::quiet_NaN();  ///< above it; NaN: over none
   double rise = 0;                                           ///< of the surface there
+  double bubble = 0;                                         ///< 0 at the corners of the facet, 4/3 in its middle
 };
 
 std::vector<Over> nodes_over(const MatchSurface& nodes, const MatchSurface& target, const Motion& motion, bool inverse,
@@ -45,7 +48,8 @@ std::vector<Over> nodes_over(const MatchSurface& nodes, const MatchSurface& targ
     Facet flat = target.facets[at.id];
     flat.rise = 0;
     const double facet = flat.height(places[i].x, places[i].y);
-    over[i] = {heights[i] - facet, target.facets[at.id].height(places[i].x, places[i].y) - facet};
+    over[i] = {heights[i] - facet, target.facets[at.id].height(places[i].x, places[i].y) - facet,
+               flat.bubble(places[i].x - flat.x, places[i].y - flat.y)};
   });
   return over;
 }
@@ -60,6 +64,8 @@ double noise_of(const std::vector<Over>& over) {
 
 struct PatchSums {
   double shared = 0, own = 0;  // Σ height · rise and Σ rise², both about their means over the patch
+  double in_middle = 0, at_corners = 0, raised = 0;  // Σ height² about the mean, and Σ rise² of the middle
+  std::size_t middles = 0, corners = 0;
 };
 
 PatchSums sums_of(const std::vector<Over>& over, std::size_t begin, std::size_t end, double most) {
@@ -73,10 +79,41 @@ PatchSums sums_of(const std::vector<Over>& over, std::size_t begin, std::size_t 
   if (n < 4) return sums;
   for (std::size_t i = begin; i < end; ++i) {
     if (!counts(over[i])) continue;
-    const double r = over[i].rise - rise / n;
-    sums.shared += (over[i].height - height / n) * r, sums.own += r * r;
+    const double r = over[i].rise - rise / n, h = over[i].height - height / n;
+    sums.shared += h * r, sums.own += r * r;
+    if (over[i].bubble >= middle) ++sums.middles, sums.in_middle += h * h, sums.raised += over[i].rise * over[i].rise;
+    if (over[i].bubble <= corner) ++sums.corners, sums.at_corners += h * h;
   }
   return sums;
+}
+
+/// The share, and its error by the spread of the patches.
+void estimate_share(const std::vector<PatchSums>& patches, RiseShown& shown) {
+  Sum shared, own, squares;
+  for (const PatchSums& s : patches) shared.add(s.shared), own.add(s.own);
+  shown.share = shared.value() / own.value();
+  for (const PatchSums& s : patches) squares.add(std::pow(s.shared - shown.share * s.own, 2));
+  shown.error = std::sqrt(squares.value()) / own.value();
+}
+
+/// The excess of the middle, likewise.
+void estimate_excess(const std::vector<PatchSums>& patches, RiseShown& shown) {
+  Sum in_middle, at_corners, raised, squares;
+  double middles = 0, corners = 0;
+  for (const PatchSums& s : patches) {
+    in_middle.add(s.in_middle), at_corners.add(s.at_corners), raised.add(s.raised);
+    middles += static_cast<double>(s.middles), corners += static_cast<double>(s.corners);
+  }
+  if (!(middles > 0 && corners > 0 && raised.value() > 0)) return;
+  const double of_middle = in_middle.value() / middles, of_corners = at_corners.value() / corners;
+  const double square_rise = raised.value() / middles;
+  shown.excess = (of_middle - of_corners) / square_rise;
+  for (const PatchSums& s : patches) {
+    const double own = (s.in_middle - of_middle * static_cast<double>(s.middles)) / middles -
+                       (s.at_corners - of_corners * static_cast<double>(s.corners)) / corners;
+    squares.add(own * own);
+  }
+  shown.excess_error = std::sqrt(squares.value()) / square_rise;
 }
 
 }  // namespace
@@ -89,25 +126,25 @@ RiseShown rise_shown(const MatchSurface& nodes, const MatchSurface& target, cons
   const std::size_t of_facet = nodes.xy.size() / std::max<std::size_t>(1, target.t.real);
   const std::size_t patch = std::max(least_patch, facets_a_patch * of_facet);
   std::vector<PatchSums> patches;
-  Sum shared, own;
   for (std::size_t begin = 0; begin < over.size(); begin += patch) {
     const PatchSums s = sums_of(over, begin, std::min(over.size(), begin + patch), most);
-    if (!(s.own > 0)) continue;
-    patches.push_back(s);
-    shared.add(s.shared), own.add(s.own);
+    if (s.own > 0) patches.push_back(s);
   }
-  if (patches.size() < least_patches) return {};
-  RiseShown shown{shared.value() / own.value(), 0, patches.size()};
-  Sum squares;
-  for (const PatchSums& s : patches) squares.add(std::pow(s.shared - shown.share * s.own, 2));
-  shown.error = std::sqrt(squares.value()) / own.value();
+  if (patches.size() < least_patches) return {1, 1, 0, 0, 0};
+  RiseShown shown;
+  shown.patches = patches.size();
+  estimate_share(patches, shown);
+  estimate_excess(patches, shown);
   return shown;
 }
 
-bool is_nominal(const RiseShown& shown) { return shown.patches > 0 && shown.share + sure * shown.error < halfway; }
+bool is_nominal(const RiseShown& shown) {
+  const bool even = std::fabs(shown.excess) <= std::max(least_excess, sure * shown.excess_error);
+  return shown.patches > 0 && std::fabs(shown.share) + sure * shown.error < halfway && even;
+}
 
-bool is_undecided(const RiseShown& shown) {
-  return shown.patches > 0 && !is_nominal(shown) && shown.share - sure * shown.error < halfway;
+bool could_be_nominal(const RiseShown& shown) {
+  return shown.patches > 0 && std::fabs(shown.share) - sure * shown.error < halfway;
 }
 
 bool may_be_nominal(const Cloud& cloud) { return !cloud.faces.empty() || cloud.format == "stl"; }

@@ -2,8 +2,9 @@
 // lies on the inner side of what is curved and is raised to it (match/surface.hpp); a facet of a nominal mesh must not
 // be, and its corners, which lie on its ridges alone, must not count as points of a scan.
 //
-// Files cannot tell the two apart: scans come as STL, too. The other scan can: its points lie on the facets, or above
-// them where these are curved.
+// Files cannot tell the two apart: scans come as STL, too. The other scan can. Its points lie on the facets of a
+// nominal mesh, with the same spread everywhere; they lie above the facets of a scan where these are curved, and spread
+// more in the middle of them where the surface has detail that the corners miss, or less where the corners carry noise.
 #pragma once
 #include "isopach/base/context.hpp"
 #include "isopach/cloud/cloud.hpp"
@@ -17,6 +18,8 @@ namespace isopach {
 struct RiseShown {
   double share = 1;
   double error = 1;         ///< standard error, from the spread between patches of neighbouring nodes
+  double excess = 0;        ///< variance in the middle of facets less that near their corners, by the mean square rise
+  double excess_error = 0;  ///< standard error, likewise
   std::size_t patches = 0;  ///< that tell; 0: nothing is known
 };
 
@@ -28,10 +31,11 @@ struct RiseShown {
 [[nodiscard]] RiseShown rise_shown(const MatchSurface& nodes, const MatchSurface& target, const Motion& motion,
                                    bool inverse, const Context& context);
 
-/// Nearer to 0 than to 1 by three standard errors.
+/// The share is 0 to within one half by three standard errors, and the heights spread evenly. A share below 0 tells of
+/// a scan as well: noise of a corner lifts the facet and bends it, and the nodes stay behind.
 [[nodiscard]] bool is_nominal(const RiseShown& shown);
-/// Neither nearer to 0 nor to 1 by as much. A free scale does that: it has led where raised facets fit.
-[[nodiscard]] bool is_undecided(const RiseShown& shown);
+/// The share may be 0. A free scale blurs it: it leads where raised facets fit.
+[[nodiscard]] bool could_be_nominal(const RiseShown& shown);
 
 /// Whether a file may hold a nominal mesh: it has faces.
 [[nodiscard]] bool may_be_nominal(const Cloud& cloud);

@@ -126,11 +126,6 @@ class Page : public HtmlPage {
   }
 
  private:
-  [[nodiscard]] std::string brief(const std::string& key) const { return datum(key, number(value(key), fine, 3)); }
-  [[nodiscard]] std::string brief_sign(const std::string& key) const {
-    return datum(key, signed_number(value(key), fine, 3));
-  }
-
   void head() {
     out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">It lies " + brief_sign("normal.bias") +
             "\u00a0" + height_ + " from the reference on average, RMS " + brief("normal.rms") + "\u00a0" + height_ +

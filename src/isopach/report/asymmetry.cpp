@@ -222,13 +222,6 @@ class Page : public HtmlPage {
   }
 
  private:
-  [[nodiscard]] std::string brief(const std::string& key, int digits) const {
-    return datum(key, number(value(key), fine, digits));
-  }
-  [[nodiscard]] std::string brief_sign(const std::string& key, int digits) const {
-    return datum(key, signed_number(value(key), fine, digits));
-  }
-
   void head(const std::string& map_png) {
     out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
             datum("measure.rho_debiased", difference_number(a_, value("measure.rho_debiased"), fine)) + "\u00a0" +

@@ -68,12 +68,12 @@ class CombinePage : HtmlPage {
             escaped(input_name(c_.jaw_input)) + "</h1>\n<p class=\"lead\">By " +
             escaped(input_name(c_.reference_input)) +
             ", which is seen in both scans, the middle of the jaw lies in its place to within " +
-            plain("uncertainty.sigma_middle") + "\u00a0" + unit_ +
+            brief("uncertainty.sigma_middle", 2) + "\u00a0" + unit_ +
             " (one standard deviation).</p>\n<p class=\"soft\">The model is in coordinates of the face scan.</p>\n"
             "</header>\n<div class=\"cards\">\n";
-    card(plain("uncertainty.sigma_middle"), unit_, "± at the middle of the jaw");
-    card(plain("uncertainty.sigma_farthest"), unit_, "± at the jaw's farthest point");
-    card(plain("uncertainty.sigma_angle_deg"), "°", "± of the turn");
+    card(brief("uncertainty.sigma_middle", 2), unit_, "± at the middle of the jaw");
+    card(brief("uncertainty.sigma_farthest", 2), unit_, "± at the jaw's farthest point");
+    card(brief("uncertainty.sigma_angle_deg", 2), "°", "± of the turn");
     card(percent("face.share"), "%", "of the object found in the face scan");
     card(percent("jaw.share"), "%", "of the object found in the jaw scan");
     out_ += "</div>\n";

@@ -159,6 +159,12 @@ double HtmlPage::value(const std::string& key) const {
   return v.is_number() ? v.get<double>() : std::nan("");
 }
 std::string HtmlPage::plain(const std::string& key) const { return datum(key, number(value(key), fine)); }
+std::string HtmlPage::brief(const std::string& key, int digits) const {
+  return datum(key, number(value(key), fine, digits));
+}
+std::string HtmlPage::brief_sign(const std::string& key, int digits) const {
+  return datum(key, signed_number(value(key), fine, digits));
+}
 std::string HtmlPage::with_sign(const std::string& key) const { return datum(key, signed_number(value(key), fine)); }
 std::string HtmlPage::whole(const std::string& key) const {
   return datum(key, count(at(key).get<std::uint64_t>(), fine));

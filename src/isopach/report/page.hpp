@@ -33,6 +33,9 @@ class HtmlPage {
   /// A number of result.json: `shown` for people, the exact one as title and value.
   [[nodiscard]] std::string datum(const std::string& key, const std::string& shown) const;
   [[nodiscard]] std::string plain(const std::string& key) const;
+  /// With fewer digits: two for a standard deviation, which is known no better.
+  [[nodiscard]] std::string brief(const std::string& key, int digits = 3) const;
+  [[nodiscard]] std::string brief_sign(const std::string& key, int digits = 3) const;
   [[nodiscard]] std::string with_sign(const std::string& key) const;
   [[nodiscard]] std::string whole(const std::string& key) const;
   [[nodiscard]] std::string percent(const std::string& key) const;
