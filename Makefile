@@ -19,7 +19,7 @@ demo: setup  ## a comparison with known truth, and its report; builds the progra
 test: build  ## all tests; the last lines are ctest's own
 	@ctest --preset release -j $(JOBS)
 
-bench: setup  ## builds for this machine, runs the experiments, writes docs/benchmark.md; BENCH=--quick for a minute
+bench: setup  ## builds for this machine, runs the experiments, writes docs/evidence/benchmark.md; BENCH=--quick for a minute
 	@cmake --preset bench --log-level=WARNING
 	@cmake --build --preset bench -j $(JOBS)
 	@scripts/bench $(BENCH)

@@ -1,6 +1,6 @@
 // How well `sequence` does where the truth is known: chewing_bench [FRAMES [POINTS [THREADS]]], writes the table of
-// docs/sequence.md. Scene `chewing` of `simulate`; labels outside the transition zone, errors of the motion of every
-// frame, CPU time and time a frame.
+// docs/use/sequence.md. Scene `chewing` of `simulate`; labels outside the transition zone, errors of the motion of
+// every frame, CPU time and time a frame.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -76,9 +76,9 @@ int main(int argc, char** argv) {
   if (argc > 2) o.points = static_cast<std::size_t>(std::atol(argv[2]));
   const int threads = argc > 3 ? std::atoi(argv[3]) : 2;
   fmt::print(
-      "| frames | points a frame | noise, mm | skipped | nearer part right | labels right | angle off, degrees: RMS, "
-      "worst "
-      "(said) | point off, mm: RMS, worst (said) | CPU s a frame |\n|---|---|---|---|---|---|---|---|---|\n");
+      "| frames | points a frame | noise, mm | skipped | nearer part right | labels right | error of the "
+      "angle, degrees: RMS, worst (stated) | error of the point, mm: RMS, worst (stated) | CPU s a frame "
+      "|\n|---|---|---|---|---|---|---|---|---|\n");
   for (const double noise : {0.05, 0.1}) {
     o.noise = noise;
     run(o, threads, 1);

@@ -1,5 +1,5 @@
-// How well `combine` does where the truth is known: combine_bench [POINTS], writes the table of docs/combine.md. Scene
-// `combine` of `simulate`: errors of the jaw's place against the truth, and what the result says of them itself.
+// How well `combine` does where the truth is known: combine_bench [POINTS], writes the table of docs/use/combine.md.
+// Scene `combine` of `simulate`: errors of the jaw's place against the truth, and what the result says of them itself.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -16,9 +16,8 @@ int main(int argc, char** argv) {
   FaceAndJawOptions o;
   if (argc > 1) o.points = static_cast<std::size_t>(std::atol(argv[1]));
   fmt::print(
-      "| noise, mm | seed | object in face, in jaw | turn off by, degrees | jaw's middle off by, mm | ± said: degrees, "
-      "mm | "
-      "CPU s |\n|---|---|---|---|---|---|---|\n");
+      "| noise, mm | seed | object in face, in jaw | error of the rotation, degrees | error at the jaw's "
+      "middle, mm | stated: degrees, mm | CPU s |\n|---|---|---|---|---|---|---|\n");
   for (const double noise : {0.05, 0.1})
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       o.noise = noise;

@@ -1,6 +1,6 @@
 // Currents: what was missed against what was asked for, the time beside the direct sum, and growth. Writes the tables
-// of docs/currents.md: currents_bench [errors|speed|growth]. Two scans of one rough relief with noise; CPU time, all
-// threads together.
+// of docs/method/currents.md: currents_bench [errors|speed|growth]. Two scans of one rough relief with noise; CPU time,
+// all threads together.
 #include <fmt/format.h>
 
 #include <cmath>

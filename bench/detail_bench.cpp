@@ -1,5 +1,5 @@
-// When ρ_V misleads and ρ_dV does not: detail_bench, writes the tables of docs/different-detail.md. One surface is
-// scanned by a fine scanner (200 000 points) at three levels of noise and by a coarse one at four densities, once in
+// When ρ_V misleads and ρ_dV does not: detail_bench, writes the tables of docs/method/different-detail.md. One surface
+// is scanned by a fine scanner (200 000 points) at three levels of noise and by a coarse one at four densities, once in
 // place and once with the fine scan lifted by `bias`. Two surfaces: broad shapes with a texture, and the relief of
 // `simulate`, which has waves of every length.
 #include <fmt/format.h>

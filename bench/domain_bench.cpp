@@ -1,6 +1,6 @@
-// What polygons cost: domain_bench [POINTS [POLYGONS [ROUNDS]]], the ratio in docs/domain.md. CPU time of a comparison
-// with --budget and with --include over that without, medians of rounds that take turns. The polygons are quadrangles
-// with shared sides that cover the scans.
+// What polygons cost: domain_bench [POINTS [POLYGONS [ROUNDS]]], the ratio in docs/use/domain.md. CPU time of a
+// comparison with --budget and with --include over that without, medians of rounds that take turns. The polygons are
+// quadrangles with shared sides that cover the scans.
 #include <fmt/format.h>
 
 #include <algorithm>

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How well `isopach asymmetry` finds faces in any pose: the table of docs/asymmetry.md.
+"""How well `isopach asymmetry` finds faces in any pose: the table of docs/use/asymmetry.md.
 
     faces_study.py PROGRAM SHARED [--turns N] [--damage-turns M]
 

@@ -65,7 +65,7 @@ void complete(Arguments& given) {
   setup.shared = data_folder();
   // Only a whole run at full size may change the project's page.
   const bool official = !setup.quick && given.only.empty();
-  setup.docs = !given.docs.empty() ? given.docs : official ? "docs" : "out/bench";
+  setup.docs = !given.docs.empty() ? given.docs : official ? "docs/evidence" : "out/bench";
   setup.scratch = std::filesystem::temp_directory_path() / fmt::format("isopach-bench-{}", getpid());
   setup.sizes = {10'000, 30'000, 100'000};
   if (!setup.quick) setup.sizes.insert(setup.sizes.end(), {300'000, 1'000'000});

@@ -1,5 +1,6 @@
 // How often matching ends where it should: match_accuracy_bench [STARTS [POINTS [PART]]] prints
-// docs/matching-benchmark.md; PART: starts, change, basin, coarse or times, or the name of a pair for its row alone.
+// docs/evidence/matching-benchmark.md; PART: starts, change, basin, coarse or times, or the name of a pair for its row
+// alone.
 //
 // Every start has scans of its own (seed of the noise and of the sampling), cut to an overlap of its own, moved by a
 // rotation and a shift of its own. Beside what matching reaches stands what no method could better: the Cramér-Rao

@@ -1,4 +1,4 @@
-// What matching costs: match_bench [POINTS]. The numbers of docs/match.md.
+// What matching costs: match_bench [POINTS]. See docs/use/match.md.
 //   stages: of a face (5 degrees, 3 % of its extent, 30 % of each scan unmatched), medians of five runs, two threads;
 //   iteration: one evaluation of all residuals after a small step, one thread, per node of the moving scan.
 #include <fmt/format.h>

@@ -1,6 +1,6 @@
 // What the noise floor says where the truth is known: noise_floor_bench [LARGEST], writes the table of
-// docs/noise-floor.md. Scenes of `simulate`, 10⁴ to LARGEST points, three seeds (one from 10⁶ on): means, and the
-// worst seed. Share of time: CPU time of the comparison with the floor over that without it.
+// docs/evidence/noise-floor.md. Scenes of `simulate`, 10⁴ to LARGEST points, three seeds (one from 10⁶ on): means, and
+// the worst seed. Share of time: CPU time of the comparison with the floor over that without it.
 #include <fmt/format.h>
 
 #include <algorithm>

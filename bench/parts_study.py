@@ -6,7 +6,7 @@
     python3 bench/parts_study.py ISOPACH jaw [RUNS]         sequence: a part of a third of the area that opens 8 degrees
     python3 bench/parts_study.py ISOPACH nonsense           sequence: frames that do not follow one another
 
-Each prints a table of Markdown: those of docs/combine.md and docs/sequence.md. Needs numpy.
+Each prints a table of Markdown: those of docs/use/combine.md and docs/use/sequence.md. Needs numpy.
 """
 
 import json
@@ -174,7 +174,7 @@ def errors(setting, result):
 
 
 def pulls(program, runs):
-    print("| kind | runs | refused | error, degrees: rms (said) | mm: rms (said) | pulls within 1.96 | rms pull | "
+    print("| kind | runs | refused | error, degrees: rms (stated) | mm: rms (stated) | pulls within 1.96 | rms pull | "
           "chi² of 6: mean, share below 95 % |\n|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as name:
         for kind, how in KINDS.items():
@@ -197,7 +197,7 @@ def pulls(program, runs):
 
 
 def density(program, seeds=8):
-    print("| points of the reference | error, degrees: rms (said) | mm: rms (said) |\n|---|---|---|")
+    print("| points of the reference | error, degrees: rms (stated) | mm: rms (stated) |\n|---|---|---|")
     with tempfile.TemporaryDirectory() as name:
         for count in (800, 1600, 3200, 10000, 30000, 100000):
             rows = []

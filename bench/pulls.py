@@ -4,7 +4,7 @@
     python3 -B bench/pulls.py --isopach build/release/bin/isopach [--kinds full,mound] [--count N] [--jobs N] [--page FILE]
 
 Poses of `match`, symmetry planes of `asymmetry`, combined parts of `combine`; the scans are made here, not by `isopach
-simulate`, surfaces and noise anew in each simulation. Prints a line for each kind; with --page writes docs/pulls.md.
+simulate`, surfaces and noise anew in each simulation. Prints a line for each kind; with --page writes docs/evidence/pulls.md.
 Makes a virtual environment with numpy and scipy in build/trust.
 """
 

@@ -1,8 +1,8 @@
-// What `scanners` finds of two scanners whose errors are known: scanners_bench, writes the table of docs/accuracy.md.
-// The study of scans of different detail (detail_bench): a surface with a texture of 3 to 4 m. A is the fine scanner
-// (200 000 points), B a coarse one at four densities; both have the noise of the row, B is lifted by `bias`. B's
-// heights are means over a spot as wide as its points are apart, or those of points. The reference has 400 000 points
-// and no noise.
+// What `scanners` finds of two scanners whose errors are known: scanners_bench, writes the table of
+// docs/use/scanners.md. The study of scans of different detail (detail_bench): a surface with a texture of 3 to 4 m. A
+// is the fine scanner (200 000 points), B a coarse one at four densities; both have the noise of the row, B is lifted
+// by `bias`. B's heights are means over a spot as wide as its points are apart, or those of points. The reference has
+// 400 000 points and no noise.
 #include <fmt/format.h>
 
 #include <cstdio>

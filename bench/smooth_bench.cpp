@@ -1,6 +1,7 @@
-// What cubic interpolation is worth and what it costs: smooth_bench [LARGEST] writes the table of docs/smooth.md.
-// Scenes of `simulate relief` with known volumes, N points a scan, no noise, seed 1. Errors against the truth, over the
-// hulls, whose nodes are as dense as those inside. Time: CPU time of one thread, medians of three, over that of linear.
+// What cubic interpolation is worth and what it costs: smooth_bench [LARGEST] writes the table of
+// docs/method/smooth.md. Scenes of `simulate relief` with known volumes, N points a scan, no noise, seed 1. Errors
+// against the truth, over the hulls, whose nodes are as dense as those inside. Time: CPU time of one thread, medians of
+// three, over that of linear.
 #include <fmt/format.h>
 
 #include <algorithm>

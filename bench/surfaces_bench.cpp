@@ -1,7 +1,7 @@
-// What the surface between the nodes costs and gives: surfaces_bench [LARGEST] writes docs/surfaces.md to standard
-// output. Scenes with a known gross volume; the common triangulation, the exact overlay, cubic interpolation, and
-// what is usual: both triangulations sampled at the centres of a grid, and subtracted. All over the intersection of the
-// hulls, one seed, CPU time on one thread.
+// What the surface between the nodes costs and gives: surfaces_bench [LARGEST] writes docs/evidence/surfaces.md to
+// standard output. Scenes with a known gross volume; the common triangulation, the exact overlay, cubic interpolation,
+// and what is usual: both triangulations sampled at the centres of a grid, and subtracted. All over the intersection of
+// the hulls, one seed, CPU time on one thread.
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -150,7 +150,7 @@ int main(int argc, char** argv) {
   const std::vector<Case> cases{{"cone", ""}, {"paraboloid", ""}, {"relief", "smooth"}, {"relief", "rough"}};
   fmt::print(R"(# Common triangulation, overlay, cubic, grid: side by side
 
-Written by `surfaces_bench > docs/surfaces.md` (preset `bench`). Scenes of `isopach simulate` whose gross volume is known, without
+Written by `surfaces_bench > docs/evidence/surfaces.md` (preset `bench`). Scenes of `isopach simulate` whose gross volume is known, without
 noise, both scans of N points, over the intersection of the hulls. The grid rows are the usual way: both scans triangulated, sampled at the
 centres of squares, subtracted; the step is given in mean point spacings. Error: of the gross volume against the truth. Time: CPU time
 as a multiple of the common triangulation in the same run; the grid rows include both triangulations, but no statistics, files or checks.

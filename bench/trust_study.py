@@ -33,7 +33,7 @@ def arguments():
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time")
     parser.add_argument("--starts", type=int, default=starts.STARTS, metavar="N", help="of each pair, the first N of %(default)s")
     parser.add_argument("--only", help="pairs whose name or group contains this")
-    parser.add_argument("--page", type=pathlib.Path, default=environment.ROOT / "docs" / "trust-study.md")
+    parser.add_argument("--page", type=pathlib.Path, default=environment.ROOT / "docs" / "evidence" / "trust-study.md")
     parser.add_argument("--no-run", action="store_true", help="only the page of what was run")
     parser.add_argument("--case", help="PAIR:START, e.g. 'quarry, scanned twice:3'")
     parser.add_argument("--out", type=pathlib.Path, help="folder for the files of --case")

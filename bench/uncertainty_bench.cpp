@@ -1,5 +1,5 @@
-// How often the stated uncertainty is true: uncertainty_bench, writes the tables of docs/uncertainty.md. 2000 pairs of
-// known errors a row; with 2000 a share of 95 % is known to ±0.5 % (one standard deviation). Takes some minutes.
+// How often the stated uncertainty is true: uncertainty_bench, writes the tables of docs/use/uncertainty.md. 2000 pairs
+// of known errors a row; with 2000 a share of 95 % is known to ±0.5 % (one standard deviation). Takes some minutes.
 #include <fmt/format.h>
 
 #include <cstdio>

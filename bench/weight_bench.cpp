@@ -1,5 +1,5 @@
-// What weights say where the truth is known: weight_bench, writes the table of docs/weights.md. Three scenes, each with
-// a weight that suits it, and the share of CPU time that each kind of weight takes.
+// What weights say where the truth is known: weight_bench, writes the table of docs/use/weights.md. Three scenes, each
+// with a weight that suits it, and the share of CPU time that each kind of weight takes.
 #include <fmt/format.h>
 
 #include <cmath>

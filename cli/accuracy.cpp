@@ -95,8 +95,9 @@ int run_accuracy(const Arguments& arguments) {
   CompareOptions& compare = options.compare;
   std::string above, below;
   Command command("accuracy", description, footer);
-  command.positional("RECONSTRUCTION", request.reconstruction, "What is judged; any format that compare reads");
-  command.positional("REFERENCE", request.reference, "What it is judged by: a better scan, a model");
+  command.positional("RECONSTRUCTION", request.reconstruction,
+                     "Scan or model under test; any format that compare reads");
+  command.positional("REFERENCE", request.reference, "What it is compared with: a better scan, a model");
   add_application_output(command, request.output, "accuracy.png, pose.txt");
   command.heading("Accuracy");
   command.choice<Align>("--align", request.options.align,

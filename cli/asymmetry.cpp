@@ -21,9 +21,9 @@ namespace {
 constexpr const char* description =
     "How the two sides of a face differ: its symmetry plane, an asymmetry index, which side stands out where. FACE is "
     "a\n"
-    "scan in any position: the face is found in it and turned upright, and its sides are told as the patient's right "
+    "scan in any position: the program finds the face, turns it upright and names its sides as the patient's right "
     "and\n"
-    "left; no landmarks are needed. Of other things that are nearly their own mirror image, give --direction.\n";
+    "left; it needs no landmarks. For other objects that are nearly symmetric, give --direction.\n";
 
 constexpr const char* footer =
     "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read, 4 no overlap, 5 not converged, 130 interrupted.\n"
@@ -33,7 +33,7 @@ constexpr const char* footer =
     "  isopach asymmetry face.ply -o result --unit mm          and map, report, points with their asymmetry\n"
     "  isopach asymmetry face.ply --rim 8                      without the outermost 8 units: hair, frayed edges\n"
     "  isopach asymmetry face.ply --stable forehead,nose       the plane from parts that are not swollen\n"
-    "  isopach asymmetry vase.obj --direction z --visible      of what is no face: the direction is given";
+    "  isopach asymmetry vase.obj --direction z --visible      not a face: the direction is given";
 
 struct Request {
   std::string face, across, regions, stable;
@@ -126,7 +126,7 @@ int run_asymmetry(const Arguments& arguments) {
   command.option(
       "--across", "x|y|z|X,Y,Z", request.across,
       "From one side of the face to the other, roughly; the positive side is the patient's left where the face is "
-      "found, else the side that lies that way (default x; for --direction x y, for y z)");
+      "found, else the side in that direction (default x; for --direction x y, for y z)");
   add_points_options(command, compare.project, compare.unit,
                      "Height of points of the scan with the same place; error: refuse such a scan");
   command.flag("--allow-crs", compare.allow_crs, "Go on although the CRS is in degrees or Web Mercator");
@@ -145,7 +145,8 @@ int run_asymmetry(const Arguments& arguments) {
                "Of a file with faces: points behind a face, as in the mouth or at the back, are left out");
   command
       .option("--regions", "thirds|halves|FILE", request.regions,
-              "Parts of the face that are told apart: by height, or polygons of a file (GeoJSON, GeoPackage, ...) in x "
+              "Parts of the face with results of their own: by height, or polygons of a file (GeoJSON, GeoPackage, "
+              "...) in x "
               "and y of FACE (of a face that looks along y in x and z, along x in y and z), drawn on either side "
               "(default thirds)")
       ->check(not_empty());

@@ -48,8 +48,9 @@ void add_options(Command& command, Request& request) {
               "Share of the object's points that must lie on a surface of each scan")
       ->check(share())
       ->capture_default_str();
-  command.option("--start-face", "FILE", request.start_face,
-                 "Four lines of four numbers: about where the object is in FACE (default: it is looked for)");
+  command.option(
+      "--start-face", "FILE", request.start_face,
+      "Four lines of four numbers: approximate pose of the object in FACE (default: the program searches for it)");
   command.option("--start-jaw", "FILE", request.start_jaw, "The same in JAW");
   command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", o.unit, parse_unit,
                  "Unit of all scans, where the files do not say it or say it wrongly");

@@ -63,7 +63,7 @@ void add_projection_options(Command& command, Request& request) {
                "Compare although the CRS is in degrees, is Web Mercator, or differs between the scans");
   add_visible_option(command, request.visible);
   command.flag("--no-layer-check", request.no_layer_check,
-               "Do not look for several layers above one another, nor for folds (saves time)");
+               "Skip the search for several layers above one another, and for folds (saves time)");
 }
 
 void add_uncertainty_options(Command& command, Request& request) {
@@ -93,11 +93,11 @@ void add_uncertainty_options(Command& command, Request& request) {
        {"independent", Model::independent},
        {"correlated", Model::correlated},
        {"registration", Model::registration}},
-      "How errors add up to those of the volumes; independent: point by point; correlated: alike "
-      "within --correlation-range; registration: the pose of B is uncertain, too, beside the noise");
+      "How errors of heights propagate to the volumes; independent: from point to point; correlated: "
+      "within --correlation-range; registration: the pose of B is uncertain, in addition to the noise");
   command
       .option("--correlation-range", "L", options.correlation_range,
-              "Distance from which on the errors of two points of a scan are no longer alike, in the unit of x and y")
+              "Distance beyond which the errors of two points of a scan are not correlated, in the unit of x and y")
       ->check(positive());
   using Shape = CorrelationShape;
   command.choice<Shape>(
@@ -118,7 +118,7 @@ void add_currents_options(Command& command, CurrentsOptions& options) {
       ->check(positive());
   command
       .option("--currents-error", "SHARE", options.error,
-              "Most that the sums of --measure currents may be off, as a share of the norms, 1e-11 to 1")
+              "Largest error of the sums of --measure currents, as a share of the norms, 1e-11 to 1")
       ->check(positive())
       ->capture_default_str();
 }
@@ -149,8 +149,8 @@ void add_measure_options(Command& command, Request& request) {
       "smooth ground (--surface common only)");
   command.choice<DomainKind>(
       "--domain", options.domain, {{"overlap", DomainKind::overlap}, {"hull", DomainKind::hull}},
-      "Where to measure; overlap: where both scans are; hull: the hull of both, each scan carried "
-      "on from its border");
+      "Where to measure; overlap: where both scans are; hull: the hull of both, each scan extrapolated "
+      "beyond its border");
   add_border_options(command, options);
   command
       .option("--alpha", "R", options.alpha,
@@ -285,7 +285,7 @@ int run_compare(const Arguments& arguments) {
 
   if (!request.match) refuse_match_options(request.matching, "--match");
   if (!request.pose_path.empty() && request.matching.coarse)
-    throw UsageError("--pose and --coarse: a start is given or looked for, not both");
+    throw UsageError("--pose and --coarse: give a start, or let the program search for one, not both");
   std::vector<Tolerance> tolerances;
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));

@@ -20,8 +20,8 @@ constexpr const char* description =
 
 constexpr const char* footer =
     "duplicates: points with the x and y of another point. layers: share of the area with several surfaces above one\n"
-    "another; a comparison wants 0. spacing: median distance from a point to its nearest neighbour in the plane, "
-    "estimated.\n"
+    "another; for a comparison it should be 0. spacing: estimated median distance from a point to its nearest\n"
+    "neighbour in the plane.\n"
     "\n"
     "Examples:\n"
     "  isopach info before.laz after.laz\n"

@@ -29,7 +29,7 @@ const std::vector<Verb>& verbs() {
       {"sequence", "static and moving part of a sequence of scans, and the motion of every frame", run_sequence},
       {"combine", "two scans in one model, by a reference object that is seen in both", run_combine},
       {"info", "what files hold: points, bounds, unit, CRS, attributes, layers", run_info},
-      {"simulate", "two scans of a made scene whose true volumes are known", run_simulate},
+      {"simulate", "two scans of a simulated scene whose true volumes are known", run_simulate},
       {"demo", "simulate, compare and report, with the truth beside the result", run_demo},
       {"convert", "between the supported formats", run_convert},
   };

@@ -36,7 +36,7 @@ constexpr const char* footer =
     "  isopach match after.laz before.laz -o result                and pose.txt, moved.ply, result.json in result/\n"
     "  isopach match after.ply before.ply --freedom x,y,z          shifts only\n"
     "  isopach match part.ply whole.ply --start guess.txt --overlap 0.7\n"
-    "  isopach match head.ply bust.ply --coarse --objective icp-plane   turned anyhow, seen from all sides\n"
+    "  isopach match head.ply bust.ply --coarse --objective icp-plane   any position, seen from all sides\n"
     "  isopach compare before.laz after.laz --pose result/pose.txt";
 
 struct Request {
@@ -177,9 +177,10 @@ void add_pair_options(Command& command, IcpOptions& icp) {
                  "No pair with a point on the boundary of FIXED");
   command.choice("--pair-weights", icp.weights,
                  {{"tukey", IcpOptions::Weights::tukey}, {"uniform", IcpOptions::Weights::uniform}},
-                 "Tukey: pairs that fit badly weigh less, or nothing; uniform: all alike");
-  command.flag("--one-to-one", icp.one_to_one, "Of the pairs with one point of FIXED only the shortest");
-  command.flag("--symmetric", icp.symmetric, "Pairs sought both ways");
+                 "tukey: pairs that fit badly get less weight, or none; uniform: equal weights");
+  command.flag("--one-to-one", icp.one_to_one, "Of all pairs with the same point of FIXED, keep only the shortest");
+  command.flag("--symmetric", icp.symmetric,
+               "Search for pairs in both directions: from MOVING to FIXED and from FIXED to MOVING");
 }
 
 }  // namespace
@@ -202,7 +203,7 @@ void add_match_options(Command& command, MatchOptions& options) {
                  "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
                  "the point or to the plane at it, or the distance of the surfaces as currents");
   command.flag("--coarse", options.coarse,
-               "Look for a start first: any turn, any shift that leaves half of a scan in common");
+               "Search for a start first: any rotation, any shift that leaves half of a scan in common");
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the common area that is fitted; auto: all that differs no more than noise; 1: everything "
                  "(default auto)");
@@ -215,7 +216,7 @@ void add_match_options(Command& command, MatchOptions& options) {
   command
       .option("--tolerance", "SHARE", options.tolerance,
               "The search has converged when a step moves the scan by less than this share of its extent (default "
-              "1e-8, or where a step is nothing beside what noise does to the pose)")
+              "1e-8, or where a step is negligible against the effect of noise on the pose)")
       ->check(positive());
   add_accept_doubt(command, options.accept_doubt);
 }
@@ -275,7 +276,7 @@ int run_match(const Arguments& arguments) {
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.start.empty() && request.options.coarse)
-    throw UsageError("--start and --coarse: a start is given or looked for, not both");
+    throw UsageError("--start and --coarse: give a start, or let the program search for one, not both");
   request.options.judge = !request.pose_only;
   request.options.keep_comparisons = !request.output.empty() && !request.no_map;
   request.options.label_points = !request.output.empty();

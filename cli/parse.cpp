@@ -179,7 +179,8 @@ WeightSource parse_weight(const std::string& text) {
 Pose read_pose(const std::string& path, const std::string& option) {
   std::ifstream file(path);
   if (!file)
-    throw InputError(fmt::format("{}: cannot be opened: {} wants a file of four lines of four numbers", path, option));
+    throw InputError(
+        fmt::format("{}: cannot be opened: {} needs a file with four lines of four numbers", path, option));
   Pose pose;
   std::size_t count = 0;
   constexpr int longest = 400;  // of a number as text; what has no blanks may have no end either

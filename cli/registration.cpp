@@ -49,11 +49,11 @@ RegistrationError parse_registration(const std::string& text) {
     throw InputError(
         fmt::format("{}: the scans do not determine the pose along every motion ('undetermined'), so there is no "
                     "covariance of all: "
-                    "give --registration-error a number, how far B may lie wrong along the direction",
+                    "give --registration-error a number: the standard deviation of a shift of B along the direction",
                     text));
   } catch (const std::exception&) {  // of the reader: no JSON, a key that is not there, a value of another type
     throw InputError(fmt::format(
-        "{}: holds no 'covariance' of 6 x 6 numbers with its 'centre': --registration-error wants a number, or the "
+        "{}: holds no 'covariance' of 6 x 6 numbers with its 'centre': --registration-error needs a number, or the "
         "result.json of isopach match",
         text));
   }

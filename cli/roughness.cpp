@@ -177,7 +177,9 @@ int run_roughness(const Arguments& arguments) {
   RoughnessOptions& o = request.options;
   Command command("roughness", description, footer);
   command.positional("SCAN", request.scan, "Scan of a surface, or the one before; any format that compare reads");
-  command.positional("AFTER", request.after, "The same surface afterwards, treated alike and set beside it")
+  command
+      .positional("AFTER", request.after,
+                  "The same surface afterwards, processed in the same way and compared with SCAN")
       ->required(false);
   add_output_options(command, request);
   add_removal_options(command, request);
@@ -193,7 +195,7 @@ int run_roughness(const Arguments& arguments) {
                "Measure although the CRS is in degrees, is Web Mercator, differs, or heights have another unit");
   add_visible_option(command, request.visible);
   command.flag("--no-layer-check", request.no_layer_check,
-               "Do not look for several layers above one another, nor for folds (saves time)");
+               "Skip the search for several layers above one another, and for folds (saves time)");
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   check_use(request);

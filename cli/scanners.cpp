@@ -48,9 +48,10 @@ int run_scanners(const Arguments& arguments) {
   command.choice<bool>("--align", request.options.align, {{"none", false}, {"rigid", true}},
                        "Whether each scan is matched to the reference first; none: all are in one system");
   command
-      .option("--reference-sigma", "S", request.options.reference_sigma,
-              "Noise of the reference, one standard deviation, taken off that of the scanners (default 0: it is the "
-              "truth)")
+      .option(
+          "--reference-sigma", "S", request.options.reference_sigma,
+          "Noise of the reference, one standard deviation, subtracted from that of the scanners (default 0: it is the "
+          "truth)")
       ->check(not_negative());
   add_scan_options(
       command, compare.project, request.start, compare.unit,

@@ -46,10 +46,9 @@ void add_border_options(Command& command, BorderRule& border, double& max_edge) 
 
 void add_border_options(Command& command, CompareOptions& options) {
   add_border_options(command, options.border, options.max_edge);
-  command.choice<FoldRule>(
-      "--folds", options.folds, {{"leave-out", FoldRule::leave_out}, {"keep", FoldRule::keep}},
-      "Places where a scan has several layers along the direction, as under overhangs; leave-out: no part of any "
-      "figure, their share is told; keep: measured as triangulated");
+  command.choice<FoldRule>("--folds", options.folds, {{"leave-out", FoldRule::leave_out}, {"keep", FoldRule::keep}},
+                           "Places where a scan has several layers along the direction, as under overhangs; leave-out: "
+                           "excluded from all results, their share is reported; keep: measured as triangulated");
 }
 
 void add_visible_option(Command& command, bool& visible) {

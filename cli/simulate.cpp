@@ -12,10 +12,8 @@ namespace isopach::cli {
 namespace {
 
 constexpr const char* description =
-    "Scans of a made scene, as scanners would sample it, and what is true of it. Most scenes are two scans of one "
-    "surface, "
-    "a\n"
-    "and b, with the volumes between them.\n";
+    "Scans of a simulated scene, as scanners would sample it, and its true values. Most scenes are two scans of one\n"
+    "surface, a and b, with the volumes between them.\n";
 
 constexpr const char* footer =
     "Examples:\n"

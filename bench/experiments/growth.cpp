@@ -224,7 +224,8 @@ Pair worst_case_pair(std::size_t n) {
   return make_pair_of(scene.a, scene.b, 1);
 }
 
-/// The counterexample of docs/localisation.md: in the same bundle of long thin triangles, nodes at heights of chance.
+/// The counterexample of docs/method/localisation.md: in the same bundle of long thin triangles, nodes at heights of
+/// chance.
 Pair bundle_pair(std::size_t n) {
   SceneOptions options;
   options.points_a = options.points_b = n;
@@ -260,7 +261,7 @@ void worst_case(const Setup& setup, Page& page) {
       "quadratic: the visited triangles per node grow with N. By the common triangulation (theorem 3) it is linear "
       "here (target: at most 20 triangles per node). Last columns: nodes at heights of chance in the same bundle of "
       "long thin triangles, where no walk from neighbour to neighbour is short, whatever leads it "
-      "([why](localisation.md)).");
+      "([why](../method/localisation.md)).");
   std::vector<std::vector<std::string>> rows = {{"N", "tree: visited per node", "seconds",
                                                  "interface: visited per node", "seconds", "by chance, tree: visited",
                                                  "by chance, interface: visited"}};

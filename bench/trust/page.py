@@ -1,4 +1,4 @@
-"""The page of the study: docs/trust-study.md."""
+"""The page of the study: docs/evidence/trust-study.md."""
 
 import collections
 import statistics

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every warning of the program is listed in docs/warnings.md, and every one listed there is one of the program.
+"""Every warning of the program is listed in docs/use/warnings.md, and every one listed there is one of the program.
 
 A warning is what is pushed to a list called warnings, notes, remarks or weak_directions, or set as a note. Its text is
 its string literals with … for what is put in at run time. A row of the page begins with a phrase of that text in
@@ -10,7 +10,7 @@ from collections import namedtuple
 
 from common import TOKEN, finish, text_of, tracked
 
-PAGE = "docs/warnings.md"
+PAGE = "docs/use/warnings.md"
 Warning = namedtuple("Warning", "file line text")
 Row = namedtuple("Row", "line phrases verbs advice")
 

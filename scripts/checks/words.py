@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Words that have no place, or one place only: printing, threads, disabled tests, unfinished work, paths of a machine."""
+"""Words that have no place, or one place only: printing, threads, GDAL, disabled tests, unfinished work, paths of a machine."""
 
 import re
 
@@ -20,6 +20,13 @@ for name in tracked("src/*.cpp", "src/*.hpp"):
         continue
     for line, word in matches(THREADS, code_of(name)):
         found.append((name, line, f"thread words belong in base/parallel: '{word}'"))
+
+# GDAL is loaded, not linked: only the files that call it through its table see its headers.
+for name in tracked("src/*.cpp", "src/*.hpp"):
+    if re.match(r"src/isopach/io/gdal[^/]*$", name):
+        continue
+    for line, word in matches(r"#\s*include\s*<(?:gdal|ogr|cpl_|proj)\w*\.h>", code_of(name)):
+        found.append((name, line, f"GDAL's headers belong in io/gdal*: '{word}'"))
 
 # No test is switched off. A skip says why, and the one reason is data that is not there.
 for name in tracked("tests/*.cpp", "tests/*.hpp", "tests/*.py"):

@@ -134,7 +134,7 @@ TEST(Asymmetry, IsTheSameForScansOfDifferentDensity) {
 }
 
 TEST(Asymmetry, AnAsymmetricCropDoesNoHarm) {
-  // mm beyond the plane on the short side; at 20 only a quarter of the face has another side (docs/asymmetry.md,
+  // mm beyond the plane on the short side; at 20 only a quarter of the face has another side (docs/use/asymmetry.md,
   // limits)
   for (const double limit : {25.0, 35.0, 50.0}) {
     SCOPED_TRACE(limit);

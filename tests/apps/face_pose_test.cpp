@@ -139,7 +139,7 @@ TEST(FacePose, AMirroredScanChangesLeftAndRight) {
   for (Point3& p : cloud.points) p.x = -p.x;
   const FacePose p = found(cloud);
   ASSERT_TRUE(p.found());
-  EXPECT_LT(degrees(p.left, {1, 0, 0}), 2);  // nothing in the shape tells: docs/asymmetry.md, limits
+  EXPECT_LT(degrees(p.left, {1, 0, 0}), 2);  // nothing in the shape tells: docs/use/asymmetry.md, limits
 }
 
 /// z over a disc of radius 1, with a little noise.

@@ -79,8 +79,8 @@ TEST(Sequence, PartsAndMotionsOfTheChewingFace) {
   EXPECT_EQ(r.unit, "mm");
   for (const FrameMotion& f : r.frames) {
     const auto [angle, shift] = error_of(f, r.chin, truth().jaw(f.index));
-    // 6000 points. On 50 000 the worst angle is 0.022 degrees (docs/sequence.md); what planes miss of a curved surface
-    // grows with the square of the spacing, 8.3 times: 0.18.
+    // 6000 points. On 50 000 the worst angle is 0.022 degrees (docs/use/sequence.md); what planes miss of a curved
+    // surface grows with the square of the spacing, 8.3 times: 0.18.
     EXPECT_LT(angle, 0.25) << f.index;
     EXPECT_LT(shift, 0.15) << f.index;
     const Pose head = composed(f.head, inverted(truth().head(f.index)));

@@ -208,6 +208,11 @@ class Budgets(CliTest):
             self.run_cli("compare", a, b, "--budget", "field.geojson", code=None)
             with self.assertRaises(OSError):
                 server.accept()
+            self.write("c.ply", ["ply", "format ascii 1.0", f"comment crs: {link}", "element vertex 3", "property double x",
+                                 "property double y", "property double z", "end_header", "0 0 0", "1 0 0", "0 1 1"])
+            self.run_cli("convert", "c.ply", "c.las")
+            with self.assertRaises(OSError):
+                server.accept()
 
     def test_coordinates_too_small_to_have_areas_are_refused(self):
         self.write("a.xyz", [(x * 1e-160, y * 1e-160, z * 1e-160) for x, y, z in points(1)])

@@ -1,4 +1,4 @@
-"""docs/warnings.md against the program: a warning names no option that one of its verbs lacks, the advice beside it none
+"""docs/use/warnings.md against the program: a warning names no option that one of its verbs lacks, the advice beside it none
 that all of them lack."""
 
 import pathlib
@@ -48,14 +48,14 @@ class Options(CliTest):
                         seen += 1
                         self.assertIn(option, self.options[verb],
                                       f"{warning.file}:{warning.line} names {option}, which {verb} lacks: name another "
-                                      f"remedy, or correct the verbs of line {row.line} of docs/warnings.md")
+                                      f"remedy, or correct the verbs of line {row.line} of docs/use/warnings.md")
         self.assertGreater(seen, 20)
 
     def test_advice_names_options_that_one_of_the_verbs_has(self):
         for row in self.rows:
             known = set().union(*(self.options[verb] for verb in row.verbs), self.options["convert"])
             for option in OPTION.findall(row.advice):
-                self.assertIn(option, known, f"docs/warnings.md:{row.line}")
+                self.assertIn(option, known, f"docs/use/warnings.md:{row.line}")
 
 
 if __name__ == "__main__":

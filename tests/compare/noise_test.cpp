@@ -121,7 +121,7 @@ TEST(CorrelatedNoise, IsTheDoubleSumOverAllPairs) {
     }
 }
 
-// The cases are listed in docs/uncertainty.md.
+// The cases are listed in docs/use/uncertainty.md.
 class IntervalOfNet : public testing::Test {
  protected:
   // Nodes of A and B, the seed of their places.

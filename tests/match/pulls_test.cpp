@@ -1,5 +1,5 @@
 // The covariance of a pose covers its errors: pulls of scans that a generator of the tests makes. bench/pulls.py has
-// more kinds of scans and more of each; docs/match.md its table.
+// more kinds of scans and more of each; docs/evidence/pulls.md its table.
 #include <gtest/gtest.h>
 
 #include <array>

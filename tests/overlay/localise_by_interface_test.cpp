@@ -192,8 +192,8 @@ TEST(ByInterface, TurnsAroundAHubOnce) {
   EXPECT_LT(per_node[1], 20);
 }
 
-// docs/localisation.md: nodes at random heights in the worst case's bundle of thin triangles. Every walk is long, so
-// that many rounds of the budget are needed.
+// docs/method/localisation.md: nodes at random heights in the worst case's bundle of thin triangles. Every walk is
+// long, so that many rounds of the budget are needed.
 TEST(ByInterface, EqualsTheTreeWhereEveryNeighbourIsBehindABundle) {
   Random random(12);
   for (const std::size_t n : {10, 100, 500}) {

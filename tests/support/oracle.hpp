@@ -72,8 +72,8 @@ struct Parts {
 [[nodiscard]] long double brute_area_between(const std::array<Point2, 3>& p, const std::array<long double, 3>& d,
                                              long double low, long double high);
 
-/// The measure on the common triangulation (METHOD section 3): over the triangles of T all of whose nodes lie in both
-/// hulls, or over all of them (hull_domain) with clamped heights.
+/// The measure on the common triangulation (docs/method/method.md, section 1): over the triangles of T all of whose
+/// nodes lie in both hulls, or over all of them (hull_domain) with clamped heights.
 [[nodiscard]] Parts brute_common_measure(const BruteSurface& a, const BruteSurface& b, bool hull_domain);
 
 }  // namespace isopach::test

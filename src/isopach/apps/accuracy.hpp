@@ -1,5 +1,5 @@
 // accuracy(reconstruction, reference): how well a reconstruction agrees with a reference scan, after alignment: bias,
-// scatter, largest deviation, and how much of the reference is there (METHOD section 5, application 4).
+// scatter, largest deviation, and how much of the reference is there (docs/use/accuracy.md).
 #pragma once
 #include <optional>
 #include <string>

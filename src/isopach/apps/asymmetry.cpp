@@ -1,4 +1,4 @@
-// THE PAGE of asymmetry: mirror, match, compare, tell by region (METHOD section 5).
+// THE PAGE of asymmetry: mirror, match, compare, report by region (docs/use/asymmetry.md).
 #include "isopach/apps/asymmetry.hpp"
 
 #include <fmt/format.h>
@@ -327,7 +327,7 @@ Array<Point3> stable_points(const View& view, const AsymmetryOptions& o, const F
   if (o.stable.empty()) return view.points.points;
   if (!pose.found())
     throw UsageError(
-        "--stable: no face was found whose parts could be told: leave it out, or crop the scan to the face");
+        "--stable: no face was found whose parts could be identified: leave it out, or crop the scan to the face");
   Array<Point3> kept;
   for (const Point3& p : view.points.points) {
     const Point3 d = view.frame.to_input(p) - pose.tip;

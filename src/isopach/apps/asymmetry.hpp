@@ -1,7 +1,6 @@
 // asymmetry(face): how the two sides of a face (or of any surface that is nearly its own mirror image) differ. The face
-// is matched to its mirror image, which gives the symmetry plane; then both are compared, and the result is told by
-// region (METHOD section 5, application 1). The plane as that of the best motion of the mirror image: S. Benz et al.,
-// "The symmetry of faces", VMV 2002.
+// is matched to its mirror image, which gives the symmetry plane; then both are compared, and the result is reported by
+// region: docs/use/asymmetry.md. The plane as that of the best motion of the mirror image: [Benz2002].
 #pragma once
 #include <optional>
 #include <string>

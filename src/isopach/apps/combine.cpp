@@ -103,7 +103,7 @@ class Finder {
     measure_cover(*near, *fit, noise, found);
     if (found.share < options_.least_share)
       not_found(
-          fmt::format("only {:.0f} % of the object's points lie on a surface there, --least-share asks for {:.0f} %",
+          fmt::format("only {:.0f} % of the object's points lie on a surface there, --least-share requires {:.0f} %",
                       100 * found.share, 100 * options_.least_share));
     if (fit->scale > worst_scale * noise)
       not_found(

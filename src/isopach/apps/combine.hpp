@@ -1,5 +1,5 @@
 // combine(face, jaw, reference, options): two scans that share no surface in one model, by an object that is seen in
-// both (METHOD section 5, application 3).
+// both (docs/use/combine.md).
 //
 // The object is found in each scan (coarse start, then least squares of distances to planes); the two poses are
 // chained, T_face_jaw = T_face_reference · T_reference_jaw, and so are their covariances.

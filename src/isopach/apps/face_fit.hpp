@@ -28,10 +28,9 @@ struct FaceFit {
 };
 
 /// Fits of the template in this plane, the best first; empty where less than three tenths of it is covered anywhere.
-/// The starts take what stands out most along the profile, to either side, for the tip of the nose (T. Faltemier, K.
-/// Bowyer, P. Flynn 2008, find it so): up to 28 places, six pitches, both ways up, six sizes. Unknown are pitch, size
-/// and two shifts. Coordinates as symmetry_planes has them. The same bits for any number of threads. Test:
-/// tests/apps/face_pose_test.cpp.
+/// The starts take what stands out most along the profile, to either side, for the tip of the nose (as [Faltemier2008]
+/// does): up to 28 places, six pitches, both ways up, six sizes. Unknown are pitch, size and two shifts. Coordinates as
+/// symmetry_planes has them. The same bits for any number of threads. Test: tests/apps/face_pose_test.cpp.
 [[nodiscard]] std::vector<FaceFit> fit_face(const ThinPoints& points, const NearestGrid& grid,
                                             const MirrorPlane& plane);
 

@@ -27,7 +27,7 @@ struct FaceTemplate {
 /// Height of the mean face over the plane of its nose tip, before the tip is put at the origin. A polynomial with
 /// twenty bells, those beside the middle twice. Its coefficients were fitted to the mean of the canonical face of
 /// MediaPipe (Apache 2.0), the head scan of Lee Perry-Smith (CC BY 3.0) and the scan james of menpo3d (BSD), each made
-/// symmetric: 0.6 % of the width, RMS. See docs/asymmetry.md.
+/// symmetric: 0.6 % of the width, RMS. See docs/use/asymmetry.md.
 [[nodiscard]] double mean_face(double x, double y);
 
 /// Made once. Test: tests/apps/face_template_test.cpp.

@@ -32,7 +32,7 @@ struct HingeAxis {
 [[nodiscard]] Pose hinge_frame(const HingeAxis& axis, const Point3& front);
 
 /// Values at times (ascending), each replaced by the weighted least-squares parabola through its neighbours: those
-/// nearer than `width` + 1, weights (1 − (Δt/(width + 1))³)³ (Cleveland 1979); a line or the mean where there are fewer
+/// nearer than `width` + 1, weights (1 − (Δt/(width + 1))³)³ [Cleveland1979]; a line or the mean where there are fewer
 /// than 4 or 3 of them. width 0: as they are.
 [[nodiscard]] std::vector<Point3> smooth_path(std::span<const double> times, std::span<const Point3> values,
                                               double width);

@@ -41,7 +41,7 @@ void take_off_quadratic(const PatchValues<2>& xy, PatchValues<columns>& values) 
 }
 
 /// Variance of `values` about their plane, so scaled that the median over many patches is that of normal noise: the
-/// median of chi² over its degrees of freedom is (1 − 2/(9 n))³ (Wilson, Hilferty 1931).
+/// median of chi² over its degrees of freedom is (1 − 2/(9 n))³ [Wilson1931].
 inline double patch_variance(const PatchValues<2>& xy, PatchValues<1> values) {
   const int freedom = take_off_plane(xy, values);
   const double root = 1 - 2.0 / (9 * freedom);

@@ -349,7 +349,7 @@ class Fitting {
     return noise;
   }
 
-  /// J = Σ share ψ² a aᵀ + Σ over points of the target e² g gᵀ, g = Σ ψ' W a; covariance H⁻¹ J H⁻¹ (Huber 1981, 6.3).
+  /// J = Σ share ψ² a aᵀ + Σ over points of the target e² g gᵀ, g = Σ ψ' W a; covariance H⁻¹ J H⁻¹ ([Huber1981], 6.3).
   void set_covariance() {
     const Array<double> noise = target_noise();
     Array<double> sizes;

@@ -5,8 +5,7 @@
 // where radius is that of the neighbourhood. In two scans of like density this is alike and falls out; where one of
 // them is sparse it is a bias, and the denser the other one, the larger. Here nothing is put on planes: points of the
 // sparser of the two clouds, as they are, are compared with the quadric through their neighbours in the denser one
-// (moving least squares of second order; D. Levin, "The approximation power of moving least-squares", Math. Comp. 67,
-// 1998).
+// (moving least squares of second order [Levin1998]).
 #pragma once
 #include <array>
 #include <optional>
@@ -33,7 +32,7 @@ struct QuadricFit {
   /// points would: noise with a memory, or a shape that differs. 1 where they do not.
   double correlation = 1;
   /// By how many standard deviations distances rise (RMS) where the object slips by 1 % of its extent along the motion
-  /// that its shape holds least (N. Gelfand et al. 2003).
+  /// that its shape holds least [Gelfand2003].
   double slip = 0;
   std::string least_held;  ///< that motion, in words
 };

@@ -1,5 +1,5 @@
 // roughness(scan): how rough a surface is once its form and its waviness are removed, and which wrinkles it has; with a
-// second scan also what changed (METHOD section 5, skin condition).
+// second scan also what changed (docs/use/roughness.md).
 //
 // Order of ISO 25178-2: S-filter (short waves, noise), F-operation (form), L-filter (waviness); the parameters are
 // those of what is left, the roughness. Heights are along the direction.

@@ -1,5 +1,5 @@
 // scanners(a, b, reference): two scanners that scanned one object, against a reference of it and against each other:
-// noise and bias of each, which details of the object each of them resolves (METHOD section 5, application 5).
+// noise and bias of each, which details of the object each of them resolves (docs/use/scanners.md).
 #pragma once
 #include <array>
 #include <string>

@@ -24,7 +24,7 @@ Motion about(const Eigen::Matrix3d& r, const Eigen::Vector3d& centre) {
   return m;
 }
 
-/// Uniform over all turns (K. Shoemake 1992).
+/// Uniform over all turns [Shoemake1992].
 Eigen::Matrix3d any_turn(const RandomStream& random, std::uint64_t k) {
   const double u = random.uniform(3 * k), a = 2 * std::numbers::pi * random.uniform(3 * k + 1),
                b = 2 * std::numbers::pi * random.uniform(3 * k + 2);

@@ -1,5 +1,4 @@
-// sequence(frames, options): what of a sequence of scans stays and what moves, and how (METHOD section 5, application
-// 2).
+// sequence(frames, options): what of a sequence of scans stays and what moves, and how: docs/use/sequence.md.
 //
 // One frame is the reference: its points are the model. A first reading of all frames finds the two parts
 // (part_finder.hpp), a second one fits both parts to every frame and checks that the frame shows the part that stays

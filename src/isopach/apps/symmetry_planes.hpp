@@ -36,7 +36,7 @@ struct SymmetryPlane3 {
 
 /// Coordinates are about the mean of the points and scaled so that lengths near 1 are those of the object (its points
 /// lie at some 0.8 from their middle, in the median). 110 directions × 3 offsets of the plane are each improved by
-/// Gauss–Newton steps on the plane itself (three unknowns; B. Combès et al., CVPR 2008), the residual being that from
+/// Gauss–Newton steps on the plane itself (three unknowns; [Combes2008]), the residual being that from
 /// the mirrored point to the tangent plane of its nearest point, with weights of Geman and McClure; what is left, at
 /// most eight planes that differ, is refined on all points. Best first. No start is needed, nor oriented normals, nor
 /// faces. Cost: some million nearest points read off the grid. The same bits for any number of threads. Test:

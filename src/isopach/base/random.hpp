@@ -1,8 +1,7 @@
 // Counter-based random numbers: the i-th number of a stream is a function of (seed, stream, i) alone, so that parallel
 // code gives the same bits for any number of threads and any order of evaluation. Not for cryptography.
 //
-// Source: G. Steele, D. Lea, C. Flood, "Fast splittable pseudorandom number generators" (OOPSLA 2014), SplitMix64;
-// a stream starts at a hash of its name. G. Box, M. Muller (1958) for the normal distribution.
+// Source: [Steele2014], SplitMix64; a stream starts at a hash of its name. [Box1958] for the normal distribution.
 // Bits and uniform numbers are the same on every machine; normal ones as far as its log and cos agree in the last
 // digit. Test of the distributions: tests/base/random_test.cpp
 #pragma once

@@ -1,4 +1,4 @@
-// Compensated sums (Neumaier 1974). The order of the additions is fixed by the caller (see parallel.hpp:
+// Compensated sums [Neumaier1974]. The order of the additions is fixed by the caller (see parallel.hpp:
 // reduce_blocks), so a sum has the same bits for any number of threads.
 #pragma once
 #include <cmath>

@@ -1,6 +1,6 @@
 // THE PAGE: the algorithm A_ρ, one stage a line.
 //
-// N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner", DGCI 2013, section 3.2; measure: equation (7).
+// [Dyshkant2013], section 3.2; measure: equation (7). See docs/method/method.md.
 #include "isopach/compare/compare.hpp"
 
 #include <optional>

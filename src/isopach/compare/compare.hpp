@@ -7,7 +7,7 @@
 
 namespace isopach {
 
-/// How much and where b differs from a (METHOD section 2). Errors: OverlapError when the hulls are disjoint, touch
+/// How much and where b differs from a (docs/method/method.md). Errors: OverlapError when the hulls are disjoint, touch
 /// only, or coverage is below options.min_coverage; InputError for scans without usable points or with CRS that do not
 /// match.
 [[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context);

@@ -22,8 +22,8 @@ Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaS
   if (source.kind == SigmaSource::Kind::attribute) {
     const Attribute* attribute = cloud.find_attribute(source.name);
     if (attribute == nullptr)
-      throw InputError(fmt::format("{}: {} has no attribute '{}': `isopach info` lists those it has", option,
-                                   cloud.path.empty() ? "the scan" : cloud.path, source.name));
+      throw InputError(fmt::format("{}: {} has no attribute '{}': `isopach info` lists the attributes of a file",
+                                   option, cloud.path.empty() ? "the scan" : cloud.path, source.name));
     return attribute->values;
   }
   if (source.kind == SigmaSource::Kind::raster) {

@@ -617,7 +617,7 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   warn_of_folds(c);
   if (c.coverage < c.options.min_coverage)
     throw OverlapError(fmt::format(
-        "coverage is {:.6g}, below the {:.6g} that --min-coverage asks for: the scans share too little area",
+        "coverage is {:.6g}, below the {:.6g} that --min-coverage requires: the scans share too little area",
         c.coverage, c.options.min_coverage));
   CellView before_clipping = cells;  // a cell that a polygon cuts off is no border of the scans
   if (!c.cells.unclipped.empty()) before_clipping.in_domain = c.cells.unclipped;

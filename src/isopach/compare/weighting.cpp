@@ -74,10 +74,11 @@ NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Com
     const Attribute* of_a = source.scan == From::b ? nullptr : a.find_attribute(text);
     const Attribute* of_b = source.scan == From::a ? nullptr : b.find_attribute(text);
     if (of_a == nullptr && of_b == nullptr)
-      throw InputError(fmt::format("--weight: {} has no attribute '{}': `isopach info` lists those it has",
-                                   source.scan == From::a   ? name_of(a, "A")
-                                   : source.scan == From::b ? name_of(b, "B")
-                                                            : "neither " + name_of(a, "A") + " nor " + name_of(b, "B"),
+      throw InputError(fmt::format("--weight: {} attribute '{}': `isopach info` lists the attributes of a file",
+                                   source.scan == From::a ? name_of(a, "A") + " has no"
+                                   : source.scan == From::b
+                                       ? name_of(b, "B") + " has no"
+                                       : "neither " + name_of(a, "A") + " nor " + name_of(b, "B") + " has an",
                                    text));
     w.scan = of_b != nullptr ? 1 : 0;
     w.own = of_b != nullptr ? attribute_of_nodes(b, *of_b, pair.scan[1].field, name_of(b, "B"))

@@ -1,5 +1,6 @@
-// spanning_tree: the Euclidean minimum spanning tree, from the Delaunay edges (METHOD stage 2), in walking order.
-// Equal lengths are ordered by the curve order of their ends, which is a function of the point set, so the tree is too.
+// spanning_tree: the Euclidean minimum spanning tree, from the Delaunay edges (docs/method/method.md, section 1), in
+// walking order. Equal lengths are ordered by the curve order of their ends, which is a function of the point set, so
+// the tree is too.
 #pragma once
 #include <span>
 

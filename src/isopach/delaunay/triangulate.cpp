@@ -268,7 +268,7 @@ class Builder {
         : orientation(4.53e-16 * s + underflow_guard), in_circle(1.2475e-15 * (4 * s * s) + underflow_guard) {}
   };
 
-  // Guibas, Stolfi 1985, on ghosts. `left` lies left of (or below) `right`, l and r are their nodes next to the cut.
+  // [Guibas1985], on ghosts. `left` lies left of (or below) `right`, l and r are their nodes next to the cut.
   // Between the halves the ghosts of the facing hull chains become the triangles of the seam: a ghost (c, l, none) gets
   // r as its third node, and nothing moves. start_ holds the ghost that starts at a node, kept right for extreme nodes:
   // the seam leaves all other ghosts of the new hull as they were.

@@ -1,8 +1,9 @@
 // triangulate: the Delaunay triangulation of points in the plane, a function of the point *set*.
 //
 // Words. in_circle ties (cocircular points) are broken by lifting the points by infinitesimal heights in lexicographic
-// order (Devillers, Teillaud 2003/2011), see geom/predicates.hpp. Divide and conquer after Guibas, Stolfi 1985 and
-// Dwyer 1987 (alternating cuts), on triangles with ghosts as in Shewchuk 1996; the cuts are read off the Hilbert keys.
+// order [Devillers2003], see geom/predicates.hpp. Divide and conquer after [Guibas1985] and
+// [Dwyer1987] (alternating cuts), on triangles with ghosts as in [Shewchuk1996]; the cuts are read off the Hilbert
+// keys.
 #pragma once
 #include <span>
 

@@ -1,5 +1,5 @@
 // distance(a, b, options): distances between two scans as points and as surfaces in space, where `compare` measures
-// along one direction over an area. METHOD section 3, "also".
+// along one direction over an area. See docs/use/distance.md.
 #pragma once
 #include <optional>
 #include <string>

@@ -1,7 +1,6 @@
 // M3C2: distances between two point clouds along the normals of core points, with a level of detection.
 //
-// D. Lague, N. Brodu, J. Leroux, Accurate 3D comparison of complex topography with terrestrial laser scanner, ISPRS
-// Journal of Photogrammetry and Remote Sensing 82 (2013). Names of the parameters are those of the paper.
+// Source: [Lague2013]. Names of the parameters are those of the paper.
 #pragma once
 #include <span>
 

@@ -1,11 +1,10 @@
 // Metro's figures: mean and rms over the area of one surface of the distance to another, by sampling, with what the
 // sampling may be off.
 //
-// Source: P. Cignoni, C. Rocchini, R. Scopigno, "Metro: measuring error on simplified surfaces" (Computer Graphics
-// Forum 17, 1998). Metro's samples lie on a pattern, and a pattern has no error to tell: over a triangle that crosses
-// the other surface the distance is a ridge roof, and its values at the centroids of parts are low on average, whatever
-// their number. Here they are random in equal parts (stratified), so the mean is right on average, and two independent
-// ones in each part tell how far it may be off (W. Cochran, "Sampling Techniques", 1977, 5.6).
+// Source: [Cignoni1998]. Metro's samples lie on a pattern, and a pattern has no error to tell: over a triangle that
+// crosses the other surface the distance is a ridge roof, and its values at the centroids of parts are low on average,
+// whatever their number. Here they are random in equal parts (stratified), so the mean is right on average, and two
+// independent ones in each part tell how far it may be off ([Cochran1977], 5.6).
 #pragma once
 #include "isopach/base/context.hpp"
 #include "isopach/distance/surface_tree.hpp"

@@ -39,7 +39,7 @@ class SurfaceTree {
   [[nodiscard]] Closest closest(const Point3& p) const;
 
   /// No line slips through between two triangles that share an edge: the side of a line on which an edge lies is
-  /// computed alike for both (Woop, Benthin, Wald 2013). A line within a triangle's plane does not meet it.
+  /// computed alike for both [Woop2013]. A line within a triangle's plane does not meet it.
   [[nodiscard]] Crossing cross(const Point3& p, const Point3& direction) const;
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }

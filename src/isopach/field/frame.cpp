@@ -30,7 +30,7 @@ int ceil_log2(double x) {
 // Proof. Let e = hi − lo, c the centre. If |c| < 4e then o = 0. Otherwise take c > 0; o = k·s is the multiple of
 // s = 2^ceil(log2 e) nearest to c, and s < 2e gives |o − c| <= s/2 < e. From x in [c − e/2, c + e/2] and c >= 4e:
 //   2x >= 2c − e >= c + 3e > o    and    2o > 2c − 2e >= c + 2e > x,
-// so o/2 <= x <= 2o and x − o is exact (Sterbenz 1974). The rounding of c (one unit in its last place, far below e or
+// so o/2 <= x <= 2o and x − o is exact [Sterbenz1974]. The rounding of c (one unit in its last place, far below e or
 // equal to it) is covered by the slack of e. o is a double: x and e are multiples of the unit u in the last place of lo
 // or more, so s >= u and k = c/s stays within 53 bits. e is exact, since hi/2 <= lo. For c < 0 mirror.
 // Then (x − o) + o = x exactly, too: the sum is a double, namely x.
@@ -144,9 +144,8 @@ Point3 unit_vector(const Point3& v) {
 }
 
 // Rows u, v, w of the right-handed frame that looks along w (a unit vector): the axis nearest to w is turned into w by
-// the smallest rotation, the other two axes, in cyclic order, go with it (T. Duff et al., Building an orthonormal
-// basis, revisited, JCGT 6(1), 2017). w = x, y, z gives the cyclic permutations (y z x), (z x y), (x y z); w = −z gives
-// (x, −y, −z) and so on: entries are then exactly 0 and ±1.
+// the smallest rotation, the other two axes, in cyclic order, go with it [Duff2017]. w = x, y, z gives the cyclic
+// permutations (y z x), (z x y), (x y z); w = −z gives (x, −y, −z) and so on: entries are then exactly 0 and ±1.
 std::array<double, 9> frame_along(const Point3& w) {
   const std::array<double, 3> n{w.x, w.y, w.z};
   std::size_t axis = 2;

@@ -1,5 +1,5 @@
 // HeightField: a scan seen along the projection direction. Nodes in the plane in Hilbert order, one height each, ids
-// back into the cloud, what was cleaned and why (METHOD section 1).
+// back into the cloud, what was cleaned and why (docs/method/height-field.md).
 #pragma once
 #include <array>
 #include <optional>

@@ -1,7 +1,7 @@
 // Exact predicates: every topological decision of the library is one of these. A floating-point filter decides almost
 // always; what it cannot decide is decided by integers, never by a tolerance.
 //
-// Filter bounds: J. R. Shewchuk 1997, (3+16ε)ε and (10+96ε)ε with ε = 2⁻⁵³, plus a term that sends results that may
+// Filter bounds: [Shewchuk1997], (3+16ε)ε and (10+96ε)ε with ε = 2⁻⁵³, plus a term that sends results that may
 // have underflowed to the exact stage; an underflow of 2⁻¹⁰⁷⁵ is scaled up by what it is multiplied with, at most the
 // sum of the lifts. Exact stage (predicates.cpp): coordinates as integers over their common power of two; 128- and
 // 256-bit arithmetic where they span at most 61 bits, arbitrary width otherwise. No floating-point operation takes part
@@ -76,7 +76,7 @@ inline constexpr double underflow_guard = 1e-280;
 [[nodiscard]] bool tie_is_inside(const Point2& a, const Point2& b, const Point2& c, const Point2& d);
 
 /// in_circle with the tie rule: true if d is inside the circle of the counter-clockwise triangle a, b, c, cocircular
-/// points decided by tie_is_inside. Never undecided for four distinct points (Devillers, Teillaud 2011).
+/// points decided by tie_is_inside. Never undecided for four distinct points [Devillers2003].
 [[nodiscard]] inline bool inside_circle(const Point2& a, const Point2& b, const Point2& c, const Point2& d) {
   int sign = in_circle_filtered(a, b, c, d);
   if (sign == 2) {

@@ -1,7 +1,7 @@
 // Trapezoids: a region of the plane, bounded by straight edges, as pieces with two vertical walls each. The region is
 // what an even-odd count of edges calls inside: rings, holes and several parts need no order and no sense of rotation.
 //
-// A sweep from left to right (Shamos, Hoey 1976; the decomposition after Chazelle, Incerpi 1984). No point is
+// A sweep from left to right ([Shamos1976]; the decomposition after [Chazelle1984]). No point is
 // constructed: a wall stands at the x of an input vertex, floor and roof are input edges, so that the side of any
 // further point is one exact orientation of input points.
 #pragma once

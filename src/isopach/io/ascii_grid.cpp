@@ -113,7 +113,7 @@ class Reader {
 Crs crs_beside(const std::string& path) {
   for (const char* extension : {".prj", ".PRJ"}) {
     std::ifstream in(std::filesystem::path(path).replace_extension(extension));
-    if (in) return crs_from_esri({std::istreambuf_iterator<char>(in), {}});
+    if (in) return crs_from_esri({std::istreambuf_iterator<char>(in), {}}, path);
   }
   return {};
 }

@@ -1,12 +1,11 @@
 // What a coordinate reference system says about units, read by GDAL. Used by the readers and writers of formats that
-// carry one (LAS, rasters).
+// carry one (LAS, rasters). What needs GDAL throws InputError where it cannot be loaded, or was left out of the build;
+// `path` names the file in that message.
 #pragma once
 #include <span>
 #include <string>
 
 #include "isopach/cloud/cloud.hpp"
-
-class OGRSpatialReference;
 
 namespace isopach {
 
@@ -19,20 +18,18 @@ struct Crs {
   std::string vertical_unit = "unknown";
 };
 
-[[nodiscard]] Crs describe_crs(const OGRSpatialReference& reference);
-
 /// From well-known text. An empty name means that the text was not understood.
-[[nodiscard]] Crs crs_from_wkt(const std::string& wkt);
+[[nodiscard]] Crs crs_from_wkt(const std::string& wkt, const std::string& path);
 
 /// From ESRI's well-known text, as in a .prj file.
-[[nodiscard]] Crs crs_from_esri(const std::string& wkt);
+[[nodiscard]] Crs crs_from_esri(const std::string& wkt, const std::string& path);
 
 /// From the three GeoTIFF records of a LAS file (34735, 34736, 34737), as raw little-endian bytes.
 [[nodiscard]] Crs crs_from_geokeys(std::span<const char> directory, std::span<const char> doubles,
-                                   std::span<const char> ascii);
+                                   std::span<const char> ascii, const std::string& path);
 
 /// Well-known text (version 1, as LAS wants it) of a Cloud's crs; empty if there is none or it is not understood.
-[[nodiscard]] std::string wkt_of_crs(const std::string& crs);
+[[nodiscard]] std::string wkt_of_crs(const std::string& crs, const std::string& path);
 
 /// Name of the unit that is `metres` long: "m", "mm", "ft", "us-ft", else "unknown".
 [[nodiscard]] std::string unit_of_length(double metres);
@@ -45,28 +42,5 @@ struct Crs {
 [[nodiscard]] std::string short_name(const std::string& crs);
 
 void set_crs(Cloud& cloud, const Crs& crs);
-
-/// While it lives, GDAL prints nothing in this thread; the first failure it would have printed is kept, as one line.
-class GdalMessages {
- public:
-  GdalMessages();
-  ~GdalMessages();
-  GdalMessages(const GdalMessages&) = delete;
-  GdalMessages& operator=(const GdalMessages&) = delete;
-  [[nodiscard]] const std::string& failure() const { return failure_; }
-  void keep(int severity, const char* message);
-
- private:
-  std::string failure_;
-};
-
-/// While it lives, GDAL reports in this thread the vertical part of a GeoTIFF's CRS also where GeoTIFF 1.0 is in use.
-class ReportVerticalCrs {
- public:
-  ReportVerticalCrs();
-  ~ReportVerticalCrs();
-  ReportVerticalCrs(const ReportVerticalCrs&) = delete;
-  ReportVerticalCrs& operator=(const ReportVerticalCrs&) = delete;
-};
 
 }  // namespace isopach

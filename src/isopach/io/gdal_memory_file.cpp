@@ -1,9 +1,10 @@
 #include "isopach/io/gdal_memory_file.hpp"
 
-#include <cpl_vsi.h>
 #include <fmt/format.h>
 
 #include <new>
+
+#include "isopach/io/gdal.hpp"
 
 namespace isopach {
 
@@ -11,11 +12,11 @@ namespace isopach {
 GdalMemoryFile::GdalMemoryFile(std::span<const char> bytes)
     : path_(fmt::format("/vsimem/isopach-{}", fmt::ptr(bytes.data()))) {
   auto* const data = reinterpret_cast<GByte*>(const_cast<char*>(bytes.data()));
-  VSILFILE* const file = VSIFileFromMemBuffer(path_.c_str(), data, bytes.size(), FALSE);
+  VSILFILE* const file = gdal().VSIFileFromMemBuffer(path_.c_str(), data, bytes.size(), FALSE);
   if (file == nullptr) throw std::bad_alloc();
-  VSIFCloseL(file);
+  gdal().VSIFCloseL(file);
 }
 
-GdalMemoryFile::~GdalMemoryFile() { VSIUnlink(path_.c_str()); }
+GdalMemoryFile::~GdalMemoryFile() { gdal().VSIUnlink(path_.c_str()); }
 
 }  // namespace isopach

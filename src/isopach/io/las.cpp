@@ -373,7 +373,7 @@ Cloud read_las(std::span<const char> bytes, const std::string& path, const ReadO
   const std::vector<LasColumn> columns = wanted_columns(file, options, cloud.notes);
   RecordSource source(path, file);
   read_points(file, source, columns, cloud, context);
-  set_crs(cloud, las_crs(file, cloud.notes));
+  set_crs(cloud, las_crs(file, cloud.path, cloud.notes));
   return cloud;
 }
 
@@ -413,7 +413,7 @@ void write_las(const std::string& path, const Cloud& cloud, const Context& conte
 
   std::string records, descriptors;
   std::size_t record_count = 0;
-  if (const std::string wkt = wkt_of_crs(cloud.crs); !wkt.empty() && wkt.size() < 65535)
+  if (const std::string wkt = wkt_of_crs(cloud.crs, path); !wkt.empty() && wkt.size() < 65535)
     records += variable_record("LASF_Projection", 2112, wkt + '\0'), ++record_count;
   for (const Attribute* attribute : layout.extra) descriptors += double_descriptor(attribute->name, path);
   if (!descriptors.empty()) records += extra_bytes_record(descriptors, path), ++record_count;

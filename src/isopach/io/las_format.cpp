@@ -315,7 +315,7 @@ std::vector<LasColumn> las_extra_columns(const LasFile& file, const std::vector<
   return columns;
 }
 
-Crs las_crs(const LasFile& file, std::vector<std::string>& notes) {
+Crs las_crs(const LasFile& file, const std::string& path, std::vector<std::string>& notes) {
   constexpr std::uint16_t wkt_bit = 16;
   const auto data = [&](const char* user, int id) {
     const LasRecord* const record = find_record(file, user, id);
@@ -324,13 +324,13 @@ Crs las_crs(const LasFile& file, std::vector<std::string>& notes) {
   const auto wkt_from = [&](const char* user) {
     const auto text = data(user, 2112);
     const std::string wkt = fixed_text(text.data(), text.size());
-    return wkt.empty() ? Crs{} : crs_from_wkt(wkt);
+    return wkt.empty() ? Crs{} : crs_from_wkt(wkt, path);
   };
   const auto keys = data("LASF_Projection", 34735);
   Crs crs;
   if ((file.encoding & wkt_bit) != 0) crs = wkt_from("LASF_Projection");
   if (crs.name.empty() && keys.size() > 8)
-    crs = crs_from_geokeys(keys, data("LASF_Projection", 34736), data("LASF_Projection", 34737));
+    crs = crs_from_geokeys(keys, data("LASF_Projection", 34736), data("LASF_Projection", 34737), path);
   if (crs.name.empty()) crs = wkt_from("LASF_Projection");
   if (crs.name.empty()) crs = wkt_from("liblas");
   if (crs.name.empty() && (keys.size() > 8 || !data("LASF_Projection", 2112).empty()))

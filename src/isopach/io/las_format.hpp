@@ -79,7 +79,7 @@ inline constexpr std::size_t las_descriptor_length = 192;
 [[nodiscard]] std::size_t las_described_length(const char* descriptor);
 
 /// CRS of the file; adds a note if there is one that is not understood.
-[[nodiscard]] Crs las_crs(const LasFile& file, std::vector<std::string>& notes);
+[[nodiscard]] Crs las_crs(const LasFile& file, const std::string& path, std::vector<std::string>& notes);
 
 template <class T>
 [[nodiscard]] T get_le(const char* at) {

@@ -1,236 +1,13 @@
 #include "isopach/io/polygons.hpp"
 
-#include <cpl_conv.h>
-#include <cpl_http.h>
 #include <fmt/format.h>
-#include <gdal_priv.h>
-#include <ogr_geometry.h>
-#include <ogrsf_frmts.h>
 
-#include <algorithm>
-#include <array>
-#include <cctype>
 #include <cmath>
-#include <filesystem>
-#include <memory>
 
 #include "isopach/base/error.hpp"
-#include "isopach/io/crs.hpp"
-#include "isopach/io/gdal_memory_file.hpp"
-#include "isopach/io/input_file.hpp"
 #include "isopach/io/raster.hpp"
 
 namespace isopach {
-namespace {
-
-struct CloseDataset {
-  void operator()(GDALDataset* data) const { GDALClose(data); }
-};
-using Dataset = std::unique_ptr<GDALDataset, CloseDataset>;
-using Geometry = std::unique_ptr<OGRGeometry>;
-
-[[noreturn]] void fail(const std::string& path, const std::string& cause) {
-  throw InputError(fmt::format("{}: {}", path, cause));
-}
-
-std::string lower(std::string text) {
-  for (char& c : text) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
-  return text;
-}
-
-std::string name_of(const OGRFeature& feature, std::size_t number) {
-  for (const char* wanted : {"name", "id", "label", "title"})
-    for (int i = 0; i < feature.GetFieldCount(); ++i)
-      if (lower(feature.GetFieldDefnRef(i)->GetNameRef()) == wanted && feature.IsFieldSetAndNotNull(i))
-        return feature.GetFieldAsString(i);
-  return std::to_string(number);
-}
-
-// Drivers of files that hold all there is to them (a Shapefile with its parts). Not among them: those that open other
-// files or addresses which a file names (VRT, GML and its schemas, services of the web).
-constexpr std::array<const char*, 9> polygon_drivers{"CSV", "GeoJSON",    "GeoJSONSeq",   "GPKG", "ESRI Shapefile",
-                                                     "KML", "FlatGeobuf", "MapInfo File", nullptr};
-
-CPLHTTPResult* no_answer(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc, void*, void*) {
-  auto* const result = static_cast<CPLHTTPResult*>(CPLCalloc(1, sizeof(CPLHTTPResult)));
-  result->nStatus = 1;
-  result->pszErrBuf = CPLStrdup("the network is not used");
-  return result;
-}
-
-// A CRS of GeoJSON may be a link, which GDAL would follow.
-void refuse_network() {
-  static const bool done = (CPLHTTPSetFetchCallback(no_answer, nullptr), true);
-  (void)done;
-}
-
-// A file or folder of polygons, opened once: what GDAL opens by its path, because parts may stand beside it, or bytes.
-class Source {
- public:
-  explicit Source(const std::string& path) {
-    std::error_code error;
-    if (!std::filesystem::exists(path, error)) fail(path, "no such file: check the path");
-    // Not to be taken for an address or for polygons as text, which GDAL accepts in place of names.
-    opened_ = std::filesystem::absolute(path, error).string();
-    if (std::filesystem::is_directory(path, error)) return;
-    if (std::filesystem::is_regular_file(path, error) && std::filesystem::file_size(path, error) == 0)
-      fail(path, "the file is empty: choose one with polygons");
-    file_.emplace(path, context_);
-    if (file_->is_regular()) return;
-    memory_.emplace(file_->bytes());
-    opened_ = memory_->path();
-  }
-  [[nodiscard]] const std::string& opened() const { return opened_; }
-  [[nodiscard]] std::string_view text() const {
-    const std::span<const char> bytes = file_ ? file_->bytes() : std::span<const char>{};
-    return {bytes.data(), bytes.size()};
-  }
-
- private:
-  Context context_;
-  std::string opened_;
-  mutable std::optional<InputFile> file_;  // reads its bytes when they are asked for
-  std::optional<GdalMemoryFile> memory_;
-};
-
-// GeoJSON says WGS 84 of everything that names no CRS, and so does GDAL: of coordinates in metres, too.
-bool names_its_crs(const Source& source, GDALDataset& data) {
-  if (lower(data.GetDriverName()) != "geojson") return true;
-  return source.text().find("\"crs\"") != std::string_view::npos;
-}
-
-class Reader {
- public:
-  explicit Reader(PolygonFile& file) : file_(file) {}
-
-  void add(OGRFeature& feature) {
-    const std::size_t number = ++features_;
-    const OGRGeometry* const read = feature.GetGeometryRef();
-    Polygon polygon{name_of(feature, number), {}};
-    if (read != nullptr) {
-      const Geometry linear(read->getLinearGeometry());
-      if (linear) add(*linear, polygon);
-    }
-    if (polygon.rings.empty()) {
-      ++without_;
-      return;
-    }
-    file_.polygons.push_back(std::move(polygon));
-  }
-
-  void finish() {
-    if (file_.polygons.empty())
-      fail(file_.path, features_ == 0 ? "there is no feature in it: choose a file with polygons"
-                                      : "there is no polygon in it: lines and points bound no area");
-    if (without_ > 0)
-      file_.notes.push_back(
-          fmt::format("{}: {} of {} features are no polygons and were passed over", file_.path, without_, features_));
-    if (open_ > 0)
-      file_.notes.push_back(
-          fmt::format("{}: {} rings did not end where they began and were closed", file_.path, open_));
-  }
-
- private:
-  void add(const OGRGeometry& geometry, Polygon& to) {
-    if (const auto* polygon = dynamic_cast<const OGRPolygon*>(&geometry)) {
-      if (const OGRLinearRing* shell = polygon->getExteriorRing()) add_ring(*shell, to);
-      for (int i = 0; i < polygon->getNumInteriorRings(); ++i) add_ring(*polygon->getInteriorRing(i), to);
-    } else if (const auto* all = dynamic_cast<const OGRGeometryCollection*>(&geometry)) {
-      for (int i = 0; i < all->getNumGeometries(); ++i) add(*all->getGeometryRef(i), to);
-    }
-  }
-
-  void add_ring(const OGRLinearRing& ring, Polygon& to) {
-    std::vector<Point2> points;
-    for (int i = 0; i < ring.getNumPoints(); ++i) {
-      const Point2 p{ring.getX(i), ring.getY(i)};
-      if (!std::isfinite(p.x) || !std::isfinite(p.y))
-        fail(file_.path, fmt::format("polygon '{}' has a coordinate that is no number: mend the file", to.name));
-      if (points.empty() || !(points.back() == p)) points.push_back(p);
-    }
-    if (points.size() > 1 && points.front() == points.back())
-      points.pop_back();
-    else
-      ++open_;
-    if (points.size() < 3)
-      fail(file_.path,
-           fmt::format("polygon '{}' has a ring of fewer than three different points: mend the file", to.name));
-    to.rings.push_back(std::move(points));
-  }
-
-  PolygonFile& file_;
-  std::size_t features_ = 0, without_ = 0, open_ = 0;
-};
-
-OGRPolygon ring_as_polygon(const std::vector<Point2>& points) {
-  OGRLinearRing ring;
-  for (const Point2& p : points) ring.addPoint(p.x, p.y);
-  ring.closeRings();
-  OGRPolygon polygon;
-  polygon.addRing(&ring);
-  return polygon;
-}
-
-void collect(const OGRGeometry& geometry, Polygon& to) {
-  if (const auto* polygon = dynamic_cast<const OGRPolygon*>(&geometry)) {
-    const auto add = [&](const OGRLinearRing& ring) {
-      std::vector<Point2> points;
-      for (int i = 0; i + 1 < ring.getNumPoints(); ++i) points.push_back({ring.getX(i), ring.getY(i)});
-      if (points.size() >= 3) to.rings.push_back(std::move(points));
-    };
-    if (const OGRLinearRing* shell = polygon->getExteriorRing()) add(*shell);
-    for (int i = 0; i < polygon->getNumInteriorRings(); ++i) add(*polygon->getInteriorRing(i));
-  } else if (const auto* all = dynamic_cast<const OGRGeometryCollection*>(&geometry)) {
-    for (int i = 0; i < all->getNumGeometries(); ++i) collect(*all->getGeometryRef(i), to);
-  }
-}
-
-}  // namespace
-
-PolygonFile read_polygons(const std::string& path) {
-  const Source source(path);
-  const GdalMessages messages;
-  GDALAllRegister();
-  refuse_network();
-  const Dataset data(
-      GDALDataset::Open(source.opened().c_str(), GDAL_OF_VECTOR | GDAL_OF_READONLY, polygon_drivers.data()));
-  if (!data) {
-    const std::string why = messages.failure().empty() ? "" : " (" + messages.failure() + ")";
-    fail(path, "this is no file of polygons that can be read" + why +
-                   ": use GeoJSON, GeoPackage, Shapefile, KML or FlatGeobuf");
-  }
-  PolygonFile file;
-  file.path = path;
-  Reader reader(file);
-  for (int i = 0; i < data->GetLayerCount(); ++i) {
-    OGRLayer& layer = *data->GetLayer(i);
-    if (const OGRSpatialReference* reference = layer.GetSpatialRef())
-      if (file.crs.empty()) file.crs = describe_crs(*reference).name;
-    layer.ResetReading();
-    while (const std::unique_ptr<OGRFeature> feature{layer.GetNextFeature()}) reader.add(*feature);
-    if (!messages.failure().empty()) fail(path, "it cannot be read (" + messages.failure() + "): mend the file");
-  }
-  reader.finish();
-  if (!file.crs.empty() && !names_its_crs(source, *data)) file.crs.clear();
-  return file;
-}
-
-std::optional<Polygon> mended(const Polygon& polygon) {
-  const GdalMessages messages;
-  // Rings count even-odd whatever they are called in the file: so does their symmetric difference.
-  Geometry sum;
-  for (const auto& points : polygon.rings) {
-    const OGRPolygon raw = ring_as_polygon(points);
-    Geometry ring(raw.MakeValid());
-    if (!ring) return std::nullopt;
-    sum = sum ? Geometry(sum->SymDifference(ring.get())) : std::move(ring);
-    if (!sum) return std::nullopt;
-  }
-  Polygon result{polygon.name, {}};
-  if (sum) collect(*sum, result);
-  if (result.rings.empty()) return std::nullopt;
-  return result;
-}
 
 std::vector<Edge> edges_of(const Polygon& polygon) {
   std::vector<Edge> edges;
@@ -240,6 +17,10 @@ std::vector<Edge> edges_of(const Polygon& polygon) {
 }
 
 namespace {
+
+[[noreturn]] void fail(const std::string& path, const std::string& cause) {
+  throw InputError(fmt::format("{}: {}", path, cause));
+}
 
 class Outline {
  public:

@@ -11,8 +11,8 @@ namespace isopach {
 /// Factors of the nodes' weights, `sides[s].balance`, from where the nodes are located (`views`: of the motion that
 /// they are located at). Wanted: each node's own weight and its barycentric shares in the weights of the nodes over its
 /// facets together are the mean of that sum over the patch. Of all weights those make the best linear estimate where
-/// the noise of the nodes is equal (Gauss-Markov). Solved in part by steps of Richardson's and Lucy's iteration (W.
-/// Richardson 1972, L. Lucy 1974), which keeps weights positive and their sum. Nodes of weight 0 keep it.
+/// the noise of the nodes is equal (Gauss-Markov). Solved in part by steps of Richardson's and Lucy's iteration
+/// [Richardson1972], [Lucy1974], which keeps weights positive and their sum. Nodes of weight 0 keep it.
 /// Cost O(nodes). Test: tests/match/balance_test.cpp.
 void balance(std::array<ResidualSide, 2>& sides, const std::array<View, 2>& views, std::size_t patch);
 

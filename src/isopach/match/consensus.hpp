@@ -25,9 +25,8 @@ struct Agreement {
 
 /// Motions that bring many likenesses together, best first, no two alike. Two likenesses are compatible if a rigid
 /// motion could make both: equal distances, equal angles to the normals. Seeds are the likenesses with the most
-/// second-order support, the number of others that are compatible with both of a pair (SC²-PCR: Z. Chen, K. Sun, F.
-/// Yang, W. Tao 2022), which false ones hardly have. Nothing is drawn at random. Cost: cube of their number over 64.
-/// Test: tests/match/coarse_test.cpp.
+/// second-order support, the number of others that are compatible with both of a pair (SC²-PCR [Chen2022]), which false
+/// ones hardly have. Nothing is drawn at random. Cost: cube of their number over 64. Test: tests/match/coarse_test.cpp.
 [[nodiscard]] std::vector<Agreement> agreements(const std::vector<Likeness>& pairs, double side, std::size_t most,
                                                 const Context& context);
 

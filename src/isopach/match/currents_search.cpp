@@ -154,7 +154,7 @@ class Descent {
   std::vector<int> free_;
 };
 
-/// The update of BFGS, damped (Powell 1978) so that the matrix stays positive
+/// The update of BFGS, damped [Powell1978] so that the matrix stays positive
 /// along the step.
 void update(Matrix& m, const Vector& s, Vector y) {
   const Vector ms = m * s;

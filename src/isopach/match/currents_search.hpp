@@ -2,7 +2,7 @@
 // descent.
 //
 // ρ(φA, B) = ‖A‖² + ‖B‖² − 2 ⟨φA, B⟩ is smooth in the motion φ, and no pairs are sought. It is descended by
-// quasi-Newton steps (BFGS; Nocedal, Wright 2006, chapter 6), begun with the matrix 2 ⟨∂A, ∂A⟩ that ρ has where A lies
+// quasi-Newton steps (BFGS; [Nocedal2006], chapter 6), begun with the matrix 2 ⟨∂A, ∂A⟩ that ρ has where A lies
 // on itself. A wide kernel has a wide basin: σ starts at a fifth of the extent and is halved down to options.sigma, on
 // surfaces thinned to five edges a σ.
 #pragma once

@@ -11,7 +11,7 @@
 
 namespace isopach {
 
-/// A spin image (A. Johnson, M. Hebert 1999): how the neighbours lie by their distance from the normal (rings) and by
+/// A spin image [Johnson1999]: how the neighbours lie by their distance from the normal (rings) and by
 /// their height over the tangent plane (floors); each ring sums to 1, or is 0 where it has hardly a neighbour.
 struct SpinImage {
   static constexpr std::size_t rings = 6, floors = 8;
@@ -33,7 +33,7 @@ inline constexpr double support_sides = 6;
 [[nodiscard]] double landmark_side(std::span<const Point3> a, std::span<const Point3> b, std::size_t target);
 
 /// Means of the points by cubes, normals by least squares over the support, turned to one side of the surface along the
-/// tree of most parallel neighbours (Hoppe et al. 1992, section 3.3). `points` in a fixed order give fixed bits.
+/// tree of most parallel neighbours ([Hoppe1992], section 3.3). `points` in a fixed order give fixed bits.
 [[nodiscard]] Landmarks landmarks(std::span<const Point3> points, double side, const Context& context);
 
 /// Images of both scans in one scale of heights.

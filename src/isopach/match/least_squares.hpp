@@ -25,7 +25,7 @@ struct PairInformation {
 /// Motions whose eigenvalue is below `floor` are not moved along. Frozen motions stay out.
 [[nodiscard]] Twist plane_step(const PairInformation& information, const Freedom& freedom, double floor);
 
-/// The rigid motion (and scale, if free) that minimises Σ w |motion(p) − q|², closed form (Horn 1987, Umeyama 1991),
+/// The rigid motion (and scale, if free) that minimises Σ w |motion(p) − q|², closed form [Horn1987], [Umeyama1991],
 /// from where MOVING is now. For links on a line or in one point the turn is not determined: the smallest is taken.
 [[nodiscard]] Motion point_step(std::span<const Link> links, const PairInformation& information, bool scale);
 

@@ -1,4 +1,4 @@
-// THE PAGE of matching: one stage a line (METHOD section 4).
+// THE PAGE of matching: one stage a line (docs/method/matching.md).
 #include "isopach/match/match.hpp"
 
 #include <fmt/format.h>

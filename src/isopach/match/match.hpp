@@ -6,9 +6,9 @@
 
 namespace isopach {
 
-/// METHOD section 4. Errors: OverlapError when the scans share no area at the start (exit 4), UsageError for options
-/// that contradict one another, InputError for scans without usable points. A search that does not converge is a result
-/// (converged = false), not an error; so is a pose that is not trusted (verdict): ask require_trust().
+/// See docs/method/matching.md. Errors: OverlapError when the scans share no area at the start (exit 4), UsageError for
+/// options that contradict one another, InputError for scans without usable points. A search that does not converge is
+/// a result (converged = false), not an error; so is a pose that is not trusted (verdict): ask require_trust().
 ///
 /// Unless options.check_pose is off, the pose gets a verdict (match/verdict.hpp). Where it is doubted, or the scans do
 /// not overlap at the start, and all rigid motions are free, a coarse search looks for another place: by icp-plane from

@@ -36,7 +36,7 @@ inline constexpr std::size_t normal_neighbours = 16;
 [[nodiscard]] OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
                                          const ProjectOptions& project, double thin, const Context& context);
 
-/// Tree, normals by total least squares over the nearest neighbours (Hoppe et al. 1992, section 3.1), and boundary:
+/// Tree, normals by total least squares over the nearest neighbours ([Hoppe1992], section 3.1), and boundary:
 /// where, seen along the normal, the neighbours leave an angle of more than 144° open, and on rings eight times as many
 /// as well: what is open to the next ring of a turning scanner is no boundary. Cost O(n log n); the same bits for any
 /// number of threads. Test: tests/match/oriented_test.cpp.

@@ -15,7 +15,7 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t query_block = 1024;
-constexpr double frmsd_power = 3;      // Phillips et al., section 4: for points in space
+constexpr double frmsd_power = 3;      // [Phillips2007], section 4: for points in space
 constexpr double least_overlap = 0.3;  // below it a small patch that happens to fit would win
 constexpr double tukey_width = 4.685;  // 95 % efficient for normal residuals
 

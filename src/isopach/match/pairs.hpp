@@ -23,8 +23,8 @@ class PairSearch {
   PairSearch(const OrientedCloud& queries, const OrientedCloud& target, bool inverse);
 
   /// Pairs of every `stride`-th query at this place of MOVING, after all rejections, with the areas of the queries as
-  /// weights (uniform: 1). `overlap`: share of the queries to keep, 0: chosen by the least FRMSD (Phillips, Liu, Tomasi
-  /// 2007). Test: tests/match/icp_test.cpp.
+  /// weights (uniform: 1). `overlap`: share of the queries to keep, 0: chosen by the least FRMSD [Phillips2007]. Test:
+  /// tests/match/icp_test.cpp.
   [[nodiscard]] Array<Link> find(const Motion& motion, std::size_t stride, const IcpOptions& options, double overlap);
 
  private:

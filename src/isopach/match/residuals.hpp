@@ -17,8 +17,8 @@
 namespace isopach {
 
 /// The loss of one residual. huber: quadratic, from 1.345 scales on linear. tukey: bounded, from 4.685 scales on
-/// constant (Beaton, Tukey 1974), so that what is really different does not pull. Both have 95 % of the efficiency of
-/// least squares on normal residuals (Huber 1981; Holland, Welsch 1977).
+/// constant [Beaton1974], so that what is really different does not pull. Both have 95 % of the efficiency of
+/// least squares on normal residuals [Huber1981], [Holland1977].
 struct Loss {
   enum class Kind { huber, tukey } kind = Kind::huber;
   double scale = 1;  ///< standard deviation of the residuals that are noise

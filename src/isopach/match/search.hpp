@@ -1,7 +1,7 @@
 // search: the motion of the moving surface that minimises the measure, from coarse to fine.
 //
 // The measure is an L1 norm; near its minimum it is the sum of squares of its Huber form (quadratic within the noise),
-// which iteratively reweighted Gauss-Newton steps minimise (P. Holland, R. Welsch 1977), damped as Levenberg-Marquardt
+// which iteratively reweighted Gauss-Newton steps minimise [Holland1977], damped as Levenberg-Marquardt
 // where a step would raise it. Real change is kept out of the fit by bounded losses (Tukey's biweight) of each node and
 // of the mean of each patch of nodes, entered from the Huber solution with a scale that the residuals give themselves.
 // The basin is widened by smoothed, thinned copies of both surfaces, solved first.

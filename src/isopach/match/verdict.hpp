@@ -54,8 +54,8 @@ struct Verdict {
 /// Verdict on `pose` (T_fixed_moving) as it comes from the start; the caller sets stage and rival. Where not all rigid
 /// motions are free, slip looks at the free ones alone, and a surface without detail is judged by E alone: D has
 /// nothing to say there, and there is nothing to turn away to. Too few points: doubted. Cost: that of evidence_at().
-/// Source: the evidence is after CorAl (D. Adolfsson et al. 2021: what is inherent to each scan is discounted) and free
-/// space (D. Huber, M. Hebert 2001 and later); slip after N. Gelfand et al. 2003. Limits: docs/verdict.md.
+/// Source: the evidence is after CorAl ([Adolfsson2021]: what is inherent to each scan is discounted) and free space
+/// ([Huber2001] and later work of its authors); slip after [Gelfand2003]. Limits: docs/use/verdict.md.
 [[nodiscard]] Verdict judge(const JudgedScan& moving, const JudgedScan& fixed, const Pose& pose, const Freedom& freedom,
                             const std::array<double, 9>& axes);
 /// All six motions, in input axes.

@@ -1,4 +1,5 @@
-// areal_parameters: the field parameters of ISO 25178-2, integrated over a surface of triangles in closed form.
+// areal_parameters: the field parameters of ISO 25178-2 [ISO25178], integrated over a surface of triangles in closed
+// form.
 #pragma once
 #include <array>
 #include <span>

@@ -15,7 +15,7 @@ struct BendError {
 /// their corners, and its zero line cuts each in closed form. 16 against 4 tell what even they leave out.
 /// Where T has more than `most_cells` cells in the domain, as many are drawn, one in each stretch of equal area (along
 /// the cells' order, which is that of the plane), so that a cell counts by its area; the spread of neighbouring draws
-/// gives the standard error (W. Cochran, "Sampling Techniques" (1977): selection with probability proportional to size,
+/// gives the standard error ([Cochran1977]: selection with probability proportional to size,
 /// collapsed strata). bound = |correction| + |left out| + 2.58 standard errors of both.
 /// Exchanging the surfaces exchanges above and below to the last bit; the same bits for any number of threads.
 /// Cost O(cells) to draw, and 12 heights of each surface for each cell drawn.

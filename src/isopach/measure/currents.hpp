@@ -1,10 +1,10 @@
-// currents: two triangulated surfaces as currents, N. Dyshkant, DGCI 2013, equations (4) and (5). With c the centroid
+// currents: two triangulated surfaces as currents, [Dyshkant2013], equations (4) and (5). With c the centroid
 // and n the area-weighted normal of a triangle,
 //   ⟨X, Y⟩ = Σ_i Σ_j (n_i, n_j) exp(−|c_i − c_j|² / σ²),   ρ(S1, S2) = ‖S1‖² + ‖S2‖² − 2 ⟨S1, S2⟩.
 //
 // Method `fast`: triangles are sorted into cubes of side 2 σ. Pairs of cubes too far apart are left out; near pairs are
 // summed directly, or, where cubes are full, between the nodes of tensor Chebyshev grids on the box of what each cube
-// holds (Fong and Darve 2009, J. Comput. Phys. 228; here on one level, since a Gaussian has no far field). A thin box
+// holds ([Fong2009]; here on one level, since a Gaussian has no far field). A thin box
 // has few nodes across, so a surface costs what a surface must.
 //
 // Error: in one dimension p Chebyshev nodes on a half-length τ (in σ) leave at most

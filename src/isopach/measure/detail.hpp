@@ -1,8 +1,8 @@
-// detail: ρ_dV, the measure for scans of different detail (docs/different-detail.md). What the finer scan shows between
-// the points of the coarser one is averaged over each triangle of the coarser mesh before its size is taken, so that
-// detail which the coarser scan cannot hold cancels out and a bias does not. T1, T2 and their mutual locations are all
-// it needs: O(n) once these are known. Whether the whole, locations included, can be had in O(n) in the worst case, as
-// the paper claims by its theorem 3, is open: docs/localisation.md shows that the theorem does not hold.
+// detail: ρ_dV, the measure for scans of different detail (docs/method/different-detail.md). What the finer scan shows
+// between the points of the coarser one is averaged over each triangle of the coarser mesh before its size is taken, so
+// that detail which the coarser scan cannot hold cancels out and a bias does not. T1, T2 and their mutual locations are
+// all it needs: O(n) once these are known. Whether the whole, locations included, can be had in O(n) in the worst case,
+// as the paper claims by its theorem 3, is open: docs/method/localisation.md shows that the theorem does not hold.
 #pragma once
 #include <optional>
 

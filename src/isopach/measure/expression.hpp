@@ -1,4 +1,4 @@
-// Expression: a formula of the user as a function of a place (muParser underneath; docs/weights.md lists what it
+// Expression: a formula of the user as a function of a place (muParser underneath; docs/use/weights.md lists what it
 // knows).
 #pragma once
 #include <array>

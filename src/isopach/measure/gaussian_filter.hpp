@@ -1,11 +1,11 @@
 // gaussian_mean: the mean surface of a scan on its own irregular nodes, by the areal Gaussian filter.
 //
-// Source: ISO 16610-61 (linear areal Gaussian filter), ISO 16610-28 (end effects, moment criterion), ISO 16610-31 and
-// -71 (robust Gaussian regression filter). The weighting function of cut-off λc is
+// Source: [ISO16610], parts 61 (linear areal Gaussian filter), 28 (end effects, moment criterion), 31 and 71 (robust
+// Gaussian regression filter). The weighting function of cut-off λc is
 //   s(r) = exp(−π r² / (α λc)²) / (α λc)²,   α = √(ln 2 / π):
 // a sine wave of wavelength λc keeps half of its amplitude, one of λ keeps exp(−π (α λc / λ)²).
-// For many points in the reach of the kernel the sums are evaluated as in the fast Gauss transform (L. Greengard,
-// J. Strain 1991), with Chebyshev interpolation of the kernel in square boxes (W. Fong, E. Darve 2009).
+// For many points in the reach of the kernel the sums are evaluated as in the fast Gauss transform
+// [Greengard1991], with Chebyshev interpolation of the kernel in square boxes [Fong2009].
 #pragma once
 #include <span>
 

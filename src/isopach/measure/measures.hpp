@@ -1,5 +1,6 @@
-// Measures: the numbers of one comparison, from cells with the difference at their corners (METHOD section 3).
-// d = f̂2 − f̂1, positive where the second scan lies above. All by area over the domain, on the piecewise linear d.
+// Measures: the numbers of one comparison, from cells with the difference at their corners (docs/method/method.md,
+// section 2). d = f̂2 − f̂1, positive where the second scan lies above. All by area over the domain, on the piecewise
+// linear d.
 #pragma once
 #include <array>
 #include <span>
@@ -87,7 +88,7 @@ struct Cell {
 }
 
 /// ∫ max(d, 0) and ∫ max(−d, 0) over one cell, in closed form: sums of products of one sign, no cancellation. Exactly
-/// mirrored by d → −d. (METHOD section 3.)
+/// mirrored by d → −d. (docs/method/method.md, section 1.)
 struct Parts {
   double above, below;
 };

@@ -41,7 +41,7 @@ struct NoiseFloor {
 /// Floor: the measure of the null difference. Debiased: the measured gross less the bias of |·|, which is
 /// ∫ |m + null| − ∫ |m| for m the measured difference without chords and with its random part averaged away
 /// (`shrink`). Where the change is large nothing is taken off, where there is none the floor is. Cost O(nodes).
-/// Test: tests/measure/noise_floor_test.cpp.
+/// Test: tests/compare/noise_floor_test.cpp.
 [[nodiscard]] NoiseFloor noise_floor(const CellView& cells, const NullDifference& null, const Volume& measured,
                                      const Context& context);
 

@@ -1,7 +1,6 @@
 // Symmetric quadrature on a triangle: two rules that share a point, so that each checks the other.
-//   degree 8, 16 points  D. Dunavant, "High degree efficient symmetrical Gaussian quadrature rules for the triangle"
-//                        (Int. J. Numer. Meth. Engng. 21, 1985); digits refined by Newton's method on its equations
-//   degree 5, 7 points   J. Radon (1948), in closed form
+//   degree 8, 16 points  [Dunavant1985]; digits refined by Newton's method on its equations
+//   degree 5, 7 points   [Radon1948], in closed form
 // All weights are positive and all points lie inside: a jump or bend that cuts off a corner or a side may escape both
 // rules. So a third check: the polynomial of degree 4 through the points predicts the values at the corners and the
 // middles of the sides. Test: tests/measure/weight_test.cpp (monomials).

@@ -8,7 +8,7 @@
 namespace isopach {
 
 /// The values of nodes in curve order without what `variance` and `sample` say is random, piecewise constant where it
-/// is. Wavelet shrinkage (Donoho, Johnstone 1994) with the Haar basis of a binary tree over the nodes: a stretch of the
+/// is. Wavelet shrinkage [Donoho1994] with the Haar basis of a binary tree over the nodes: a stretch of the
 /// curve is a compact piece of the plane, so the difference of the means of two sibling stretches is kept if it is
 /// above √(2 ln n) times its standard error, and set to zero if not. The standard error is that of independent values
 /// of the given variances, times a factor for each level that makes it right for `sample`, one draw of the random part

@@ -1,4 +1,4 @@
-// Sums and extremes over cells, from which the measures follow (METHOD section 3).
+// Sums and extremes over cells, from which the measures follow (docs/method/method.md, section 2).
 #pragma once
 #include <algorithm>
 

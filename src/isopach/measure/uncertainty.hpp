@@ -9,7 +9,7 @@
 // that bound, integrated.
 //
 // Models. independent: no two nodes share their error. correlated: two nodes of a scan at distance r share it with
-// correlation c(r) (Rolstad, Haug, Denby, J. Glaciology 2009); scans are independent of each other. registration: the
+// correlation c(r) [Rolstad2009]; scans are independent of each other. registration: the
 // noise of one of those, and an unknown motion of B against A on top: a shift along the direction, the same everywhere,
 // or a whole pose with its covariance (registration.hpp).
 #pragma once

@@ -1,5 +1,5 @@
-// weight: the measure with a weight μ ≥ 0, ρ_Vμ = Σ ∬ |d| μ / S (METHOD section 3, equation (6) of the paper). S is the
-// area of the domain, not ∬ μ, which is reported beside it. Every cell is cut along d = 0, so the absolute value is
+// weight: the measure with a weight μ ≥ 0, ρ_Vμ = Σ ∬ |d| μ / S (docs/use/weights.md; equation (6) of the paper). S is
+// the area of the domain, not ∬ μ, which is reported beside it. Every cell is cut along d = 0, so the absolute value is
 // never integrated across its kink. Then, by what the weight is:
 //   linear      given at the nodes (an attribute of the points): ∬ d μ of a triangle in closed form
 //   raster      bilinear between the centres of its cells: cut along the lines through those centres; on each piece d μ

@@ -38,7 +38,7 @@ struct Footprint {
 /// Limits of a triangle's size, in the unit of x and y; 0 for none.
 struct SizeLimits {
   double edge = 0;          ///< longest edge
-  double circumradius = 0;  ///< alpha: those within it are the alpha shape (Edelsbrunner, Kirkpatrick, Seidel 1983)
+  double circumradius = 0;  ///< alpha: those within it are the alpha shape [Edelsbrunner1983]
 };
 
 /// The footprint by the rule above. `trim` false: the hull. Triangles beyond `limits` are removed under either; the

@@ -1,4 +1,4 @@
-// The common (united) triangulation T = DT(g1 ∪ g2) and both heights at its nodes (METHOD sections 1 and 2).
+// The common (united) triangulation T = DT(g1 ∪ g2) and both heights at its nodes (docs/method/method.md, section 1).
 #pragma once
 #include <array>
 #include <span>

@@ -1,4 +1,4 @@
-// interpolate: heights of one surface at points located in it (METHOD stage 4).
+// interpolate: heights of one surface at points located in it (docs/method/method.md, section 1).
 #pragma once
 #include <span>
 

@@ -1,8 +1,9 @@
-// localise: every node of one mesh in the triangulation of the other (METHOD stage 3, section 4 of the paper).
+// localise: every node of one mesh in the triangulation of the other (docs/method/localisation.md; section 4 of the
+// paper).
 //
 // From the known location of a node M the walk goes to Q, its child in the spanning tree, triangle by triangle: it
 // crosses any side that has Q strictly on its other side. The paper's walk follows the segment MQ itself; this one
-// (a visibility walk, which in a Delaunay triangulation cannot cycle: Edelsbrunner 1989) starts and ends in the same
+// (a visibility walk, which in a Delaunay triangulation cannot cycle [Edelsbrunner1989]) starts and ends in the same
 // places, needs no case for a node that lies on MQ or an edge that MQ runs along, and visits fewer triangles.
 // Outside the hull the walk ends at the ghost whose hull edge is nearest.
 #pragma once

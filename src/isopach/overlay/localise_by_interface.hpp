@@ -27,7 +27,7 @@ struct MutualLocations {
 /// `localise`, the same for any number of threads. `visited` counts every triangle seen, walks that gave up included.
 /// Cost: O(n) and the walks. These are O(n) where nodes can be reached within a fixed budget (uniform nodes, the
 /// paper's worst case) and O(n²) at worst; nothing that compares coordinates can do with less than O(n log n) at worst:
-/// docs/localisation.md. Memory while it runs: 21 bytes per node of T, 16 per shared node more. Degenerate: as
+/// docs/method/localisation.md. Memory while it runs: 21 bytes per node of T, 16 per shared node more. Degenerate: as
 /// localise. Oracle: localise, tests/overlay/localise_by_interface_test.cpp.
 [[nodiscard]] MutualLocations localise_by_interface(const UnitedNodes& g, const Triangulation& t,
                                                     const Triangulation& t1, std::span<const Point2> xy1,

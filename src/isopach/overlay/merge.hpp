@@ -5,7 +5,7 @@
 // colours: an interface triangle. It has exactly one side whose ends are of one colour, an edge of T1 or T2, on which
 // it leans; its two other sides are interface edges. Chains of interface triangles across interface edges are contours.
 // The infinite node (third node of every ghost) belongs to both colours, so a contour ends at the hull as at any shared
-// node. Related: Kirkpatrick 1979 (merging Voronoi diagrams by contours), Guibas, Stolfi 1985 (the step along a seam).
+// node. Related: [Kirkpatrick1979] (merging Voronoi diagrams by contours), [Guibas1985] (the step along a seam).
 #pragma once
 #include <span>
 

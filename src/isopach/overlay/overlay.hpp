@@ -1,4 +1,4 @@
-// overlay: the planar overlay of T1 and T2, cell by cell (METHOD section 3, "exact overlay"). A cell is the
+// overlay: the planar overlay of T1 and T2, cell by cell (docs/method/overlay.md). A cell is the
 // intersection of a triangle of T1 with a triangle of T2: a convex polygon of at most six corners, on which both
 // surfaces are linear.
 //
@@ -8,7 +8,7 @@
 //
 // Every decision is the sign of an orientation of three *nodes*; no constructed point enters a predicate. No sign is
 // ever 0: the inner mesh is shifted by (ε, ε²), ε infinitesimal, so shared nodes, nodes on edges and collinear edges
-// are told apart by comparing coordinates (symbolic perturbation after Edelsbrunner, Mücke 1990; a translation keeps
+// are told apart by comparing coordinates (symbolic perturbation after [Edelsbrunner1990]; a translation keeps
 // the mesh as it is). The limit ε → 0 changes no integral; it only adds cells without area where the meshes touch.
 // Coordinates of crossings are computed in doubles, relative to the outer triangle, for the integral alone.
 #pragma once

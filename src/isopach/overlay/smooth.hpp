@@ -15,9 +15,8 @@ namespace isopach {
 /// leaves the range of the heights the three fits have seen by an eighth of it at most, so that cliffs and gaps do not
 /// make it swing.
 ///
-/// Source: R. W. Clough, J. L. Tocher, "Finite element stiffness matrices for analysis of plate bending" (1965), for
-/// the weights; blending of node functions: R. Franke, G. Nielson, "Smooth interpolation of large sets of scattered
-/// data" (1980). Oracle: tests/overlay/smooth_test.cpp (cubics, gradients across edges, limits).
+/// Source: [Clough1965] for the weights; blending of node functions: [Franke1980]. Oracle:
+/// tests/overlay/smooth_test.cpp (cubics, gradients across edges, limits).
 class SmoothSurface {
  public:
   /// Fits all nodes. The arrays belong to the caller and stay alive while the surface is used. Cost O(nodes), 96 bytes

@@ -1,5 +1,5 @@
 // Diverging palettes: white at 0, two hues of equal lightness either side, so that neither sign shouts louder.
-// Control points are ours, in OKLab (B. Ottosson, "A perceptual color space for image processing", 2020).
+// Control points are ours, in OKLab [Ottosson2020].
 #pragma once
 #include <string>
 #include <vector>

@@ -10,8 +10,8 @@
 
 namespace isopach {
 
-/// result.json (schema isopach.compare/1): keys in the order of CONTRACT.md, no NaN, shortest round-trip numbers,
-/// two-space indent. `outputs` are the files written beside it.
+/// result.json (schema isopach.compare/1): keys in the order of docs/schema/compare-1.json, no NaN, shortest round-trip
+/// numbers, two-space indent. `outputs` are the files written beside it.
 [[nodiscard]] std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs);
 
 /// histogram.csv: a line "d_from,d_to,area" a bin, numbers in shortest round-trip form. The outermost bins also hold

@@ -1,8 +1,7 @@
 // The worst case of localisation along the spanning tree: the tree of the first scan crosses the strip |y| < 0.1 once
 // per edge, and there the second triangulation has one long edge per node. Points_a times points_b crossings.
 //
-// Source: N. Dyshkant, "Comparison of Point Clouds Acquired by 3D Scanner" (DGCI 2013), section 4: quadratic on
-// constructed inputs; the construction is ours.
+// Source: [Dyshkant2013], section 4: quadratic on constructed inputs; the construction is ours.
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
