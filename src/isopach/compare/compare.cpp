@@ -37,13 +37,32 @@ OverOverlay measure_overlay(const Pair& pair, const stages::AreaOfInterest& area
   return found;
 }
 
-Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context,
-               Pair* scans) {
+/// Measures over T, or what is known of it where they are over the overlay.
+void measure_common(const stages::AreaOfInterest& area, const stages::Borders& borders,
+                    const stages::SmoothSurfaces& smooth, Comparison& c, const Context& context) {
+  area.clip_cells(c, context);
+  const CellView cells = c.cells.view();
+  if (c.options.surface != Surface::overlay) {
+    c.measures = measure(cells, context, c.options.percentiles);
+    area.fill_budget(c, context);
+  }
+  stages::describe_domain(cells, borders, c);
+  if (smooth[0]) c.measures.error_estimate = bend_error(cells, *smooth[0], *smooth[1], context).bound / c.domain_area;
+}
+
+/// A comparison of which the options and the units are known to go together.
+Comparison begin(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options) {
   check(options);
   Comparison c;
   c.options = options;
   stages::check_units(cloud_a, cloud_b, options, c);
   stages::check_currents_units(cloud_a, cloud_b, c);
+  return c;
+}
+
+Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context,
+               Pair* scans) {
+  Comparison c = begin(cloud_a, cloud_b, options);
   stages::Clock clock(c.timing, context);
 
   clock.start("project");
@@ -88,25 +107,17 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   }
 
   clock.start("merge");  // 5. theorem 2: T1 and T2 become T
-  const bool bends = options.interpolation == Interpolation::cubic;
-  common = stages::unite_meshes(pair, std::move(common), options.locate, bends, context);
+  common = stages::unite_meshes(pair, std::move(common), options.locate, smooth[0].has_value(), context);
   const Array<double> weight_at_nodes = weighting.at(common.nodes);
   const NullDifference unchanged_at_nodes = stages::unite_unchanged(std::move(unchanged), common.nodes, c);
   c.cells = stages::make_cells(common, pair, borders, area.clip(), c);
   if (!noise.asked()) common.nodes = {};
 
   clock.start("measure");  // 6. equation (7), cell by cell
-  area.clip_cells(c, context);
-  const CellView cells = c.cells.view();
-  if (options.surface != Surface::overlay) {
-    c.measures = measure(cells, context, options.percentiles);
-    area.fill_budget(c, context);
-  }
-  stages::describe_domain(cells, borders, c);
-  if (bends) c.measures.error_estimate = bend_error(cells, *smooth[0], *smooth[1], context).bound / c.domain_area;
+  measure_common(area, borders, smooth, c, context);
   noise.describe(common.nodes, over_overlay.noise, c);
   weighting.describe(weight_at_nodes, over_overlay.weighted, c);
-  if (options.noise_floor) c.noise_floor = noise_floor(cells, unchanged_at_nodes, c.measures.volume, context);
+  if (options.noise_floor) c.noise_floor = noise_floor(c.cells.view(), unchanged_at_nodes, c.measures.volume, context);
   clock.stop();
   return c;
 }
