@@ -1,12 +1,12 @@
 #include "isopach/apps/face_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
 #include "isopach/apps/face_template.hpp"
+#include "isopach/base/linear.hpp"
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
@@ -224,7 +224,7 @@ void improve(Placing& at, const Section& s, const ThinPoints& thin, const Neares
     g += w * r * j;
   }
   a += (1e-6 * a.trace() + 1e-12) * Eigen::Matrix4d::Identity();
-  const Eigen::Vector4d d = a.ldlt().solve(-g);
+  const Eigen::Vector4d d = Ldlt(a).solve(-g);
   const double most = .2 * at.size;
   at.pitch += std::clamp(d[0], -.2, .2);
   at.a += std::clamp(d[2], -most, most);
@@ -266,10 +266,8 @@ Reduced reduced(const Relief& relief) {
     r.scan[i] = relief.scan[k];
     r.face[i] = face.relief[k];
   }
-  const Eigen::MatrixXd normal = form.transpose() * form;
-  const Eigen::LDLT<Eigen::MatrixXd> solver(normal);
-  r.scan -= form * solver.solve(form.transpose() * r.scan);
-  r.face -= form * solver.solve(form.transpose() * r.face);
+  const Ldlt normal(product_of_transposed(form, form));
+  for (Eigen::VectorXd* z : {&r.scan, &r.face}) *z -= product(form, normal.solve(product_of_transposed(form, *z)));
   return r;
 }
 
@@ -400,11 +398,11 @@ FaceFit settled(FaceFit fit, const ThinPoints& points) {
                    dot(m, place - points.points[two.first])};
       }
     });
-    std::vector<double> sizes;
+    std::vector<double> misfits;
     for (std::size_t k = 0; k < rows.size(); ++k)
-      if (near[k] != 0) sizes.push_back(std::fabs(rows[k].r));
-    if (sizes.size() < 12) return fit;
-    const double reach = tukey * std::max(mad_to_sigma * median(sizes), narrowest * fit.width);
+      if (near[k] != 0) misfits.push_back(std::fabs(rows[k].r));
+    if (misfits.size() < 12) return fit;
+    const double reach = tukey * std::max(mad_to_sigma * median(misfits), narrowest * fit.width);
     Eigen::Matrix4d a = Eigen::Matrix4d::Zero();
     Eigen::Vector4d g = Eigen::Vector4d::Zero();
     for (std::size_t k = 0; k < rows.size(); ++k) {
@@ -415,7 +413,7 @@ FaceFit settled(FaceFit fit, const ThinPoints& points) {
       g += w * rows[k].r * rows[k].j;
     }
     a += 1e-12 * a.trace() * Eigen::Matrix4d::Identity();
-    const Eigen::Vector4d d = a.ldlt().solve(-g);
+    const Eigen::Vector4d d = Ldlt(a).solve(-g);
     const double turn = std::clamp(d[0], -most, most), shift = most * fit.width;
     const Point3 up = std::cos(turn) * fit.up + std::sin(turn) * cross(left, fit.up);
     fit.front = std::cos(turn) * fit.front + std::sin(turn) * cross(left, fit.front);

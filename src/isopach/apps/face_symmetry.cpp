@@ -1,11 +1,11 @@
 #include "isopach/apps/face_symmetry.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
 #include "isopach/apps/face_template.hpp"
+#include "isopach/base/linear.hpp"
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -41,7 +41,7 @@ struct Normal {
   }
   [[nodiscard]] Eigen::Vector3d solved() const {
     const Eigen::Matrix3d damped = a + (1e-12 * a.trace() + 1e-300) * Eigen::Matrix3d::Identity();
-    return damped.ldlt().solve(-g);
+    return Ldlt(damped).solve(-g);
   }
 };
 
@@ -155,10 +155,10 @@ Eigen::Vector3d jackknife(const Rows& rows, int patches, PatchOf&& patch, bool a
 
 void describe_sigma(const Rows& rows, const std::vector<double>& heights, double width, FaceSymmetry& found) {
   constexpr double inner = 0.22;
-  const auto [low, high] = std::minmax_element(heights.begin(), heights.end());
-  const double extent = *high - *low + 1e-9;
+  const auto range = std::minmax_element(heights.begin(), heights.end());
+  const double low = *range.first, extent = *range.second - low + 1e-9;
   const auto row_of = [&](std::size_t i, int count) {
-    return std::clamp(static_cast<int>((heights[i] - *low) / extent * count), 0, count - 1);
+    return std::clamp(static_cast<int>((heights[i] - low) / extent * count), 0, count - 1);
   };
   const Eigen::Vector3d small = jackknife(
       rows, 24,

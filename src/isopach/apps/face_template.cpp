@@ -1,8 +1,9 @@
 #include "isopach/apps/face_template.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
+
+#include "isopach/base/linear.hpp"
 
 namespace isopach {
 namespace {
@@ -104,8 +105,8 @@ std::vector<double> relief_of(const std::vector<TemplatePoint>& points) {
     for (Eigen::Index c = 0; c < terms.cols(); ++c) terms(i, c) = row[static_cast<std::size_t>(c)];
     z[i] = p.z;
   }
-  const Eigen::MatrixXd normal = terms.transpose() * terms;
-  const Eigen::VectorXd rest = z - terms * normal.ldlt().solve(terms.transpose() * z);
+  const Ldlt normal(product_of_transposed(terms, terms));
+  const Eigen::VectorXd rest = z - product(terms, normal.solve(product_of_transposed(terms, z)));
   return {rest.data(), rest.data() + rest.size()};
 }
 

@@ -1,10 +1,10 @@
 #include "isopach/apps/jaw.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
 #include "isopach/apps/motions.hpp"
+#include "isopach/base/linear.hpp"
 #include "isopach/distance/vectors.hpp"
 
 namespace isopach {
@@ -30,14 +30,14 @@ std::optional<HingeAxis> hinge_axis(std::span<const Pose> motions, const Point3&
     if (length(turn) > widest) widest = length(turn), opening = turn;
   }
   if (!(widest >= least_angle) || !(widest > 0)) return std::nullopt;
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(normal);
+  const Spectrum<3> axes = spectrum(normal);
   HingeAxis axis;
-  axis.direction = point(solver.eigenvectors().col(0));
+  axis.direction = point(axes.vectors.col(0));
   if (dot(axis.direction, opening) < 0) axis.direction = -1.0 * axis.direction;
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   for (int k = 1; k < 3; ++k) {
-    const Eigen::Vector3d v = solver.eigenvectors().col(k);
-    shift += (v.dot(right) / solver.eigenvalues()[k]) * v;
+    const Eigen::Vector3d v = axes.vectors.col(k);
+    shift += (v.dot(right) / axes.values[k]) * v;
   }
   axis.point = near + point(shift);
   double sum = 0;
@@ -85,7 +85,7 @@ std::vector<Point3> smooth_path(std::span<const double> times, std::span<const P
       for (int e = 0; e < terms; ++e) a(row, e) = root * std::pow(t, e);
       b.row(row) = root * vec(values[j]).transpose();
     }
-    const Eigen::MatrixXd solution = a.colPivHouseholderQr().solve(b);
+    const Eigen::MatrixXd solution = least_squares(a, b);
     result[i] = point(solution.row(0).transpose());
   }
   return result;

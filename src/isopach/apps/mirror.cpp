@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 
@@ -46,8 +46,7 @@ Reflection reflection_of(const Pose& pose) {
   for (int i = 0; i < 3; ++i)
     for (int j = 0; j < 3; ++j) a(i, j) = (j == 0 ? -1 : 1) * pose.m[static_cast<std::size_t>(4 * i + j)];
   const Eigen::Vector3d t(pose.m[3], pose.m[7], pose.m[11]);
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver((a + a.transpose()) / 2);
-  Eigen::Vector3d n = solver.eigenvectors().col(0).normalized();
+  Eigen::Vector3d n = spectrum<3>((a + a.transpose()) / 2).vectors.col(0).normalized();
   if (n.x() < 0) n = -n;
   Reflection r;
   r.normal = {n.x(), n.y(), n.z()};

@@ -1,12 +1,12 @@
 #include "isopach/apps/quadric_fit.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 
 #include "isopach/apps/motions.hpp"
+#include "isopach/base/linear.hpp"
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -94,14 +94,15 @@ class Windows {
       right += h * t;
       squares += h * h;
     }
-    const Eigen::LDLT<Matrix6> solver(normal);
+    const Ldlt<6> solver(normal);
     constexpr double least_pivot = 1e-6;  // of the largest: the points lie on too few lines
-    if (!(solver.vectorD().minCoeff() > least_pivot * solver.vectorD().maxCoeff())) {
+    const Vector6 pivots = solver.pivots();
+    if (!(pivots.minCoeff() > least_pivot * pivots.maxCoeff())) {
       q.radius = 0;
       return;
     }
     q.shape = solver.solve(right);
-    q.inverse = solver.solve(Matrix6::Identity());
+    q.inverse = solver.solve_columns(Matrix6::Identity());
     const double left = std::max(0.0, squares - q.shape.dot(right));
     q.misfit = std::sqrt(left / static_cast<double>(found.size() - 6));
   }
@@ -302,13 +303,13 @@ class Fitting {
 
   void set_slip() {
     const Eigen::Map<const Eigen::Matrix<double, 7, 7, Eigen::RowMajor>> all(fit_.information.normal.data());
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(all.topLeftCorner<6, 6>());
+    const Spectrum<6> held = spectrum<6>(all.topLeftCorner<6, 6>());
     Box3 box;
     for (const Point3& p : object_.points) box.add(p);
-    const double least = std::sqrt(std::max(0.0, solver.eigenvalues()[0])), extent = length(box.max - box.min);
+    const double least = std::sqrt(std::max(0.0, held.values[0])), extent = length(box.max - box.min);
     fit_.slip = fit_.scale > 0 ? 0.01 * extent * least / fit_.scale : std::numeric_limits<double>::infinity();
-    if (solver.eigenvalues()[0] <= floor_) fit_.slip = 0;
-    const Vector6 v = solver.eigenvectors().col(0);
+    if (held.values[0] <= floor_) fit_.slip = 0;
+    const Vector6 v = held.vectors.col(0);
     fit_.least_held = v.head<3>().norm() >= v.tail<3>().norm() ? "a turn" : "a shift";
   }
 
@@ -389,12 +390,12 @@ class Fitting {
     fit_.correlation = correlation(spread);
     const double most = fit_.information.radius, loss = std::max(0.1, slopes / weights);
     const Matrix6 h = loss * normal;
-    const Eigen::SelfAdjointEigenSolver<Matrix6> solver(h / weights);
+    const Spectrum<6> held = spectrum<6>(h / weights);
     Matrix6 inverse = Matrix6::Zero(), unheld = Matrix6::Zero();
     for (Eigen::Index k = 0; k < 6; ++k) {
-      const Vector6 v = solver.eigenvectors().col(k);
-      if (solver.eigenvalues()[k] > loss * floor_)
-        inverse += v * v.transpose() / (weights * solver.eigenvalues()[k]);
+      const Vector6 v = held.vectors.col(k);
+      if (held.values[k] > loss * floor_)
+        inverse += v * v.transpose() / (weights * held.values[k]);
       else
         unheld += most * most * v * v.transpose();
     }
@@ -431,17 +432,17 @@ class Fitting {
     }
     const auto count = static_cast<double>(cells.size());
     if (count < least_cells) return 1;
-    const Eigen::LDLT<Matrix6> of_spread(spread), of_all(all);
-    if (of_spread.info() != Eigen::Success || !of_spread.isPositive() || !of_all.isPositive()) return 1;
+    const Ldlt<6> of_spread(spread), of_all(all);
+    if (!of_spread.succeeded() || !of_spread.is_positive() || !of_all.is_positive()) return 1;
     Matrix6 blocks = Matrix6::Zero();
     double left = 6;  // what the fit leaves of it: each cell's part of the normal matrix takes its own share off
     for (const auto& [key, cell] : cells) {
       blocks += cell.sum * cell.sum.transpose();
-      const Matrix6 part = of_all.solve(cell.normal);
+      const Matrix6 part = of_all.solve_columns(cell.normal);
       left -= (part * part).trace();
     }
     if (!(left > 1)) return 1;
-    const double ratio = of_spread.solve(blocks).trace() / left;
+    const double ratio = of_spread.solve_columns(blocks).trace() / left;
     // Independent noise makes the ratio vary by sqrt(2 / (6 cells)) about 1: within two of these nothing is shown.
     return std::isfinite(ratio) && ratio > 1 + 2 * std::sqrt(2 / (6 * count)) ? ratio : 1;
   }

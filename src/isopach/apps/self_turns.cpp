@@ -1,10 +1,10 @@
 #include "isopach/apps/self_turns.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/Geometry>
 #include <cmath>
 #include <numbers>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/random.hpp"
 
 namespace isopach {
@@ -48,8 +48,8 @@ std::vector<Motion> self_turns(const OrientedCloud& object, const Context& conte
     const Eigen::Vector3d d = at(i) - middle;
     moments += object.areas[i] * d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(moments);
-  const auto& size = solver.eigenvalues();
+  const Spectrum<3> axes = spectrum(moments);
+  const auto& size = axes.values;
   const bool low = size[0] > alike * size[1], high = size[1] > alike * size[2];
   std::vector<Motion> turns;
   const auto add = [&](const Eigen::Matrix3d& r) { turns.push_back(about(r, middle)); };
@@ -59,7 +59,7 @@ std::vector<Motion> self_turns(const OrientedCloud& object, const Context& conte
     return turns;
   }
   const auto turn = [&](Eigen::Index axis, double angle) {
-    return Eigen::AngleAxisd(angle, solver.eigenvectors().col(axis)).toRotationMatrix();
+    return Eigen::AngleAxisd(angle, axes.vectors.col(axis)).toRotationMatrix();
   };
   if (!low && !high) {
     for (Eigen::Index axis = 0; axis < 3; ++axis) add(turn(axis, std::numbers::pi));

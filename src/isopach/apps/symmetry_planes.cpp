@@ -1,11 +1,11 @@
 #include "isopach/apps/symmetry_planes.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <numeric>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -67,7 +67,7 @@ Sums sums_at(const MirrorPlane& plane, const ThinPoints& thin, std::span<const I
 MirrorPlane stepped(const MirrorPlane& plane, const Sums& sums) {
   constexpr double damping = 1e-4, nothing = 1e-12, most_turn = 0.15;
   const Eigen::Matrix3d a = sums.a + (damping * sums.a.trace() + nothing) * Eigen::Matrix3d::Identity();
-  const Eigen::Vector3d s = a.ldlt().solve(-sums.g);
+  const Eigen::Vector3d s = Ldlt(a).solve(-sums.g);
   Point3 u, v;
   plane_axes(plane.normal, u, v);
   const double turn = std::clamp(s[0], -most_turn, most_turn), roll = std::clamp(s[1], -most_turn, most_turn);

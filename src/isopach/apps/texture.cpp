@@ -107,7 +107,7 @@ SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame,
   }
   const bool trim = options.compare.border == BorderRule::trim;
   for (int pass = 0; pass < 2; ++pass) {
-    scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, {options.compare.max_edge}, context);
+    scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, options.compare.max_edge, context);
     const Array<double> weight = scan.s.weight;
     if (std::all_of(weight.begin(), weight.end(), [](double w) { return w > 0; })) break;
     xy = std::move(scan.s.xy), z = std::move(scan.s.z);
@@ -116,7 +116,7 @@ SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame,
       throw InputError((cloud.path.empty() ? std::string("a scan") : cloud.path) +
                        ": its points cover no area along the direction: choose another --direction, or --border hull");
     if (pass == 1)  // what a second look leaves out has no weight and stays
-      scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, {options.compare.max_edge}, context);
+      scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, options.compare.max_edge, context);
   }
   find_folds_of(scan, options, context);
   return scan;
@@ -261,7 +261,7 @@ MatchSurface reference_surface(const Cloud& reference, const Pose& pose, const F
   Array<double> z(sorted.size());
   for_each_index(z.size(), [&](std::size_t i) { z[i] = field.z[order[i]]; });
   return make_surface(std::move(sorted), std::move(z), box, options.compare.border == BorderRule::trim,
-                      {options.compare.max_edge}, context);
+                      options.compare.max_edge, context);
 }
 
 Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Frame& frame,

@@ -1,10 +1,10 @@
 #include "isopach/apps/thin_points.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdint>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -85,8 +85,7 @@ Point3 normal_of(const ThinPoints& thin, const std::vector<Index>& around) {
     const Eigen::Vector3d v(d.x, d.y, d.z);
     scatter += v * v.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-  const Eigen::Vector3d n = solver.eigenvectors().col(0);
+  const Eigen::Vector3d n = spectrum(scatter).vectors.col(0);
   return {n[0], n[1], n[2]};
 }
 

@@ -1,10 +1,11 @@
 #include "isopach/compare/displacement.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <utility>
 #include <vector>
+
+#include "isopach/base/linear.hpp"
 
 namespace isopach {
 
@@ -122,7 +123,7 @@ Motion fitted(const Places& places, int n) {
       }
     }
     // Slopes that are the same everywhere (a plane) leave the shift open: it stays 0 then.
-    const Eigen::VectorXd found = Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd>(normal).solve(right);
+    const Eigen::VectorXd found = least_norm(normal, right);
     for (int k = 0; k < n; ++k) motion[k] = found[k];
     scale = median_residual(places, motion) / 10;
     if (scale == 0) break;

@@ -1,11 +1,11 @@
 #include "isopach/distance/m3c2.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <optional>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/distance/point_tree.hpp"
@@ -53,10 +53,10 @@ class Sampler {
       const Eigen::Vector3d d = vector(points_[i] - core) - mean;
       scatter += d * d.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
-    const Eigen::Vector3d& sizes = solver.eigenvalues();
+    const Spectrum<3> axes = spectrum(scatter);
+    const Eigen::Vector3d& sizes = axes.values;
     if (!(sizes[1] > 1e-12 * sizes[2])) return std::nullopt;
-    const Eigen::Vector3d n = solver.eigenvectors().col(0);
+    const Eigen::Vector3d n = axes.vectors.col(0);
     return n[2] < 0 ? Point3{-n[0], -n[1], -n[2]} : Point3{n[0], n[1], n[2]};
   }
 

@@ -6,9 +6,9 @@
 #include <cstdint>
 
 #include <fmt/format.h>
-#include <Eigen/Eigenvalues>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/linear.hpp"
 #include "isopach/field/filter.hpp"
 #include "isopach/field/height_field.hpp"
 
@@ -121,11 +121,11 @@ Point3 fitted_normal(const Filter& a, const Filter& b, const Box3& box) {
   if (largest_side(box) == 0) throw no_plane();
   Moments m = moments(a, box);
   m.add(moments(b, box));
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter(m));
+  const Spectrum<3> axes = spectrum(scatter(m));
   constexpr double line = 1e-14;  // the solver's rounding error, relative to the largest eigenvalue, with slack
-  if (!(solver.eigenvalues()(1) > line * solver.eigenvalues()(2))) throw no_plane();
+  if (!(axes.values(1) > line * axes.values(2))) throw no_plane();
   std::array<double, 3> n{};
-  for (std::size_t i = 0; i < 3; ++i) n[i] = solver.eigenvectors()(static_cast<int>(i), 0);
+  for (std::size_t i = 0; i < 3; ++i) n[i] = axes.vectors(static_cast<int>(i), 0);
   constexpr double vertical = 1e-9;
   std::size_t lead = 2;
   if (std::fabs(n[2]) < vertical) lead = std::fabs(n[0]) >= std::fabs(n[1]) ? 0 : 1;

@@ -1,11 +1,11 @@
 #include "isopach/match/clusters.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/match/sandwich.hpp"
 
 namespace isopach {
@@ -39,15 +39,16 @@ class Whitened {
   Whitened(std::span<const ScoreCell> cells, const Matrix& basis) : cells_(cells), basis_(basis) {
     const Eigen::Index p = basis.cols();
     Matrix all = Matrix::Zero(p, p);
-    for (const ScoreCell& c : cells) all += basis.transpose() * matrix(c.information) * basis;
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(all);
-    const double floor = 1e-14 * solver.eigenvalues().maxCoeff();
-    const Vector size = solver.eigenvalues().cwiseMax(floor);
-    to_ = solver.eigenvectors() * size.cwiseInverse().cwiseSqrt().asDiagonal();
-    back_ = solver.eigenvectors() * size.cwiseSqrt().asDiagonal();
+    for (const ScoreCell& c : cells) all += within(basis, matrix(c.information));
+    const Spectrum<Eigen::Dynamic> axes = spectrum(all);
+    const double floor = 1e-14 * axes.values.maxCoeff();
+    const Vector size = axes.values.cwiseMax(floor);
+    to_ = axes.vectors * size.cwiseInverse().cwiseSqrt().asDiagonal();
+    back_ = axes.vectors * size.cwiseSqrt().asDiagonal();
     for (const ScoreCell& c : cells) {
-      score_.push_back(to_.transpose() * (basis.transpose() * Eigen::Map<const Vector>(c.score.data(), parameters)));
-      information_.push_back(to_.transpose() * (basis.transpose() * matrix(c.information) * basis) * to_);
+      const Vector score = Eigen::Map<const Vector>(c.score.data(), parameters);
+      score_.push_back(product_of_transposed(to_, product_of_transposed(basis, score)));
+      information_.push_back(within(to_, basis, matrix(c.information)));
     }
   }
   [[nodiscard]] std::size_t count() const { return cells_.size(); }
@@ -76,7 +77,8 @@ class Whitened {
 
   /// What an offset of 1 of the heights of cell i adds to its score.
   [[nodiscard]] Vector by_offset(std::size_t i) const {
-    return to_.transpose() * (basis_.transpose() * matrix(cells_[i].information).col(along_heights));
+    const Vector within_basis = basis_.transpose() * matrix(cells_[i].information).col(along_heights);
+    return product_of_transposed(to_, within_basis);
   }
   [[nodiscard]] double height_score(std::size_t i) const { return cells_[i].score[along_heights]; }
   [[nodiscard]] double height_information(std::size_t i) const {
@@ -111,10 +113,10 @@ std::vector<Vector> scores_of(const Whitened& w, const Partition& partition, dou
     const double share = information[b].trace() / static_cast<double>(p);
     if (!(share > 0)) continue;
     squares += share * share;
-    const Eigen::SelfAdjointEigenSolver<Matrix> solver(information[b]);
-    const Vector left = (1 - solver.eigenvalues().array()).cwiseMax(least_left);
-    const Vector own = solver.eigenvectors().transpose() * score[b];
-    corrected.push_back(solver.eigenvectors() * own.cwiseQuotient(left.cwiseSqrt()));
+    const Spectrum<Eigen::Dynamic> axes = spectrum(information[b]);
+    const Vector left = (1 - axes.values.array()).cwiseMax(least_left);
+    const Vector own = product_of_transposed(axes.vectors, score[b]);
+    corrected.push_back(product(axes.vectors, Vector(own.cwiseQuotient(left.cwiseSqrt()))));
   }
   clusters = squares > 0 ? 1 / squares : 0;
   return corrected;
@@ -140,13 +142,11 @@ Scatter scatter(const Whitened& w, const Partition& partition) {
 
 /// `small`, where along no motion is less than `large` says.
 Matrix at_least(const Matrix& small, const Matrix& large) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> s(small);
-  const Vector size = s.eigenvalues().cwiseMax(1e-12 * s.eigenvalues().maxCoeff()).cwiseSqrt();
-  const Matrix root = s.eigenvectors() * size.asDiagonal() * s.eigenvectors().transpose();
-  const Matrix inverse = s.eigenvectors() * size.cwiseInverse().asDiagonal() * s.eigenvectors().transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix> ratio(inverse * large * inverse);
-  return root * ratio.eigenvectors() * ratio.eigenvalues().cwiseMax(1).asDiagonal() * ratio.eigenvectors().transpose() *
-         root;
+  const Spectrum<Eigen::Dynamic> s = spectrum(small);
+  const Vector size = s.values.cwiseMax(1e-12 * s.values.maxCoeff()).cwiseSqrt();
+  const Matrix root = from_spectrum(s.vectors, size), inverse = from_spectrum(s.vectors, size.cwiseInverse());
+  const Spectrum<Eigen::Dynamic> ratio = spectrum(product(product(inverse, large), inverse));
+  return from_spectrum_between(root, ratio.vectors, ratio.values.cwiseMax(1));
 }
 
 /// How strips differ in height as a whole, and what that adds to the meat: Σ g gᵀ τ², g = ∂score/∂offset. Of the scores
@@ -169,7 +169,7 @@ Offsets offsets_of(const Whitened& w, const Partition& partition, std::size_t st
   }
   if (!(information.minCoeff() > 1e-6 * information.maxCoeff())) return {};
   // The fit takes a share of an offset off again: what is left of it in the scores of all strips.
-  Matrix left = -by.transpose() * by;
+  Matrix left = -product_of_transposed(by, by);
   left.diagonal() += information;
   const Vector root = information.cwiseSqrt().cwiseInverse();
   const Matrix unit = root.asDiagonal() * left * root.asDiagonal();
@@ -179,7 +179,7 @@ Offsets offsets_of(const Whitened& w, const Partition& partition, std::size_t st
   const double spread =
       std::hypot(small.size * std::sqrt(2 * unit.squaredNorm()), by_noise * std::sqrt(2 / (p * small.clusters)));
   if (!(by_one > 0 && spread > 0)) return {};
-  return {std::max(0.0, (squares - by_noise) / by_one) * by * by.transpose(), (squares - by_noise) / spread,
+  return {std::max(0.0, (squares - by_noise) / by_one) * product_with_transposed(by, by), (squares - by_noise) / spread,
           std::sqrt(2 / unit.trace())};
 }
 
@@ -232,7 +232,7 @@ Symmetric7 clustered_scores(std::span<const ScoreCell> cells, std::span<const Ve
   for (const ScoreCell& c : cells) information += matrix(c.information).trace();
   if (!(information > 0)) return result;
   const Whitened w(cells, columns);
-  const Matrix meat = columns * w.back() * meat_of(w) * w.back().transpose() * columns.transpose();
+  const Matrix meat = outside(columns, w.back(), meat_of(w));
   std::size_t i = 0;
   for (int r = 0; r < meat.rows(); ++r)
     for (int c = r; c < meat.cols(); ++c) result.m[i++] = meat(r, c);

@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/point_tree.hpp"
 #include "isopach/measure/current.hpp"
@@ -131,14 +131,13 @@ class Descent {
 
   /// −m⁻¹ g of the free motions, along the directions that m holds.
   [[nodiscard]] Vector solved(const Matrix& m, const Vector& g) const {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> s(Eigen::MatrixXd(m(free_, free_)));
-    const double floor = no_curvature * s.eigenvalues().maxCoeff();
+    const Spectrum<Eigen::Dynamic> s = spectrum(Eigen::MatrixXd(m(free_, free_)));
+    const double floor = no_curvature * s.values.maxCoeff();
     Vector x = Vector::Zero();
     const Eigen::VectorXd right = g(free_);
     Eigen::VectorXd part = Eigen::VectorXd::Zero(right.size());
     for (int k = 0; k < right.size(); ++k)
-      if (s.eigenvalues()(k) > floor)
-        part -= s.eigenvectors().col(k) * (s.eigenvectors().col(k).dot(right) / s.eigenvalues()(k));
+      if (s.values(k) > floor) part -= s.vectors.col(k) * (s.vectors.col(k).dot(right) / s.values(k));
     x(free_) = part;
     return x;
   }
@@ -265,13 +264,13 @@ Vector pull_of_borders(const Descent& d, const SurfaceCurrent& a, const SurfaceC
 void judge(const Descent& d, const Width& w, const Matrix& m, const Motion& motion,
            const std::array<std::string, 3>& axes, const Context& context, SearchResult& r) {
   const Eigen::MatrixXd part = m(d.free(), d.free());
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> s(part);
-  const double largest = s.eigenvalues().maxCoeff();
+  const Spectrum<Eigen::Dynamic> s = spectrum(part);
+  const double largest = s.values.maxCoeff();
   Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(part.rows(), part.cols());
   for (int k = 0; k < part.rows(); ++k) {
-    const double share = largest > 0 ? s.eigenvalues()(k) / largest : 0;
-    const Eigen::VectorXd v = s.eigenvectors().col(k);
-    if (share > no_curvature) inverse += v * v.transpose() / s.eigenvalues()(k);
+    const double share = largest > 0 ? s.values(k) / largest : 0;
+    const Eigen::VectorXd v = s.vectors.col(k);
+    if (share > no_curvature) inverse += v * v.transpose() / s.values(k);
     if (share < weak_curvature)
       r.weak_directions.push_back(words(v, d.free(), axes) + " is weakly held: it carries " +
                                   fmt::format("{:.1g}", std::max(0.0, share)) +
@@ -286,7 +285,7 @@ void judge(const Descent& d, const Width& w, const Matrix& m, const Motion& moti
     const Eigen::VectorXd g = (d.scaled(to_b[i]) - d.scaled(to_a[i]))(d.free());
     score += g * g.transpose();
   }
-  Eigen::MatrixXd c = 2 * inverse * score * inverse;
+  Eigen::MatrixXd c = 2 * product(product(inverse, score), inverse);
   const Eigen::VectorXd pull = pull_of_borders(d, a, w.fixed, o, m, context)(d.free());
   double deviations = 0;
   for (int i = 0; i < c.rows(); ++i)

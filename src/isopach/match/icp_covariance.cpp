@@ -1,9 +1,9 @@
 #include "isopach/match/icp_covariance.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <vector>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/icp_response.hpp"
 #include "isopach/match/sandwich.hpp"
@@ -84,12 +84,12 @@ void find_icp_covariance(const IcpState& found, const OrientedCloud& moving, con
   if (!(weight > 0)) return;
   const double unit[7] = {1 / radius, 1 / radius, 1 / radius, 1, 1, 1, 1 / radius};
   const Basis free = unit_columns(options.freedom);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(free.transpose() * pair_normal_matrix(found) * free);
+  const Spectrum<Eigen::Dynamic> seen = spectrum(within(free, pair_normal_matrix(found)));
   const double floor = information_floor(moving, fixed) * weight;
   Basis held(7, 0);
   for (int k = 0; k < free.cols(); ++k) {
-    const Vector v = free * solver.eigenvectors().col(k);
-    if (solver.eigenvalues()(k) > floor) {
+    const Vector v = from_basis(free, seen.vectors.col(k));
+    if (seen.values(k) > floor) {
       held.conservativeResize(Eigen::NoChange, held.cols() + 1);
       held.col(held.cols() - 1) = v;
       continue;
@@ -102,7 +102,7 @@ void find_icp_covariance(const IcpState& found, const OrientedCloud& moving, con
   }
   if (held.cols() == 0) return;
   const Eigen::MatrixXd bread = pull_response(found, moving, fixed, options, held);
-  const Vector left = held * bread.ldlt().solve(held.transpose() * pull);  // the step that is left
+  const Vector left = from_basis(held, Ldlt(bread).solve(along_basis(held, pull)));  // the step that is left
   const Eigen::Matrix<double, 7, 7> c = sandwich(cells, held, bread) + left * left.transpose();
   for (int i = 0; i < 7; ++i)
     for (int j = 0; j < 7; ++j) result.covariance[static_cast<std::size_t>(7 * i + j)] = c(i, j) * unit[i] * unit[j];

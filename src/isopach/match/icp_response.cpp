@@ -1,9 +1,9 @@
 #include "isopach/match/icp_response.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/sandwich.hpp"
 
@@ -103,12 +103,11 @@ Eigen::MatrixXd pull_response(const IcpState& found, const OrientedCloud& moving
     const double wanted = step_size * deviation * std::sqrt(totals.weight) / size(k);
     const Vector step = std::clamp(wanted, least_step * radius, most_step * radius) * basis.col(k);
     const Vector change = (scale / (2 * step.norm())) * (response.at(-step).sum - response.at(step).sum);
-    ratio.col(k) = size.cwiseInverse().asDiagonal() * (basis.transpose() * change) / size(k);
+    ratio.col(k) = size.cwiseInverse().asDiagonal() * along_basis(basis, change) / size(k);
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(0.5 * (ratio + ratio.transpose()));
-  const Eigen::VectorXd kept = solver.eigenvalues().cwiseMax(least_response).cwiseMin(1);
-  return size.asDiagonal() * solver.eigenvectors() * kept.asDiagonal() * solver.eigenvectors().transpose() *
-         size.asDiagonal();
+  const Spectrum<Eigen::Dynamic> axes = spectrum<Eigen::Dynamic>(0.5 * (ratio + ratio.transpose()));
+  const Eigen::VectorXd kept = axes.values.cwiseMax(least_response).cwiseMin(1);
+  return from_spectrum_scaled(size, axes.vectors, kept);
 }
 
 }  // namespace isopach

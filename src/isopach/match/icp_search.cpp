@@ -50,7 +50,6 @@ class Search {
  public:
   Search(const OrientedCloud& moving, const OrientedCloud& fixed, const MatchOptions& options, const Context& context)
       : moving_(moving),
-        fixed_(fixed),
         o_(options),
         icp_(options.icp),
         overlap_(options.overlap),
@@ -189,7 +188,6 @@ class Search {
   }
 
   const OrientedCloud& moving_;
-  const OrientedCloud& fixed_;
   const MatchOptions& o_;
   IcpOptions icp_;  ///< and overlap_: what holds now; the options but in the first half of again()
   double overlap_;

@@ -24,7 +24,7 @@ JudgedScan Judge::judged(const Cloud& cloud, const ProjectOptions& project, bool
 
 const Judge::Scans& Judge::scans() {
   if (scans_) return *scans_;
-  scans_.emplace();
+  scans_ = Scans{};
   const ProjectOptions& project = options_.compare.project;
   ProjectOptions uncropped = project;  // a crop is of input coordinates: what of MOVING lies in it hangs on the pose
   uncropped.crop.reset();

@@ -1,6 +1,5 @@
 #include "isopach/match/judged_scan.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <bit>
 #include <cmath>

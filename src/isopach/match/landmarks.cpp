@@ -1,10 +1,10 @@
 #include "isopach/match/landmarks.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <queue>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/types.hpp"
 #include "isopach/distance/point_tree.hpp"
@@ -62,12 +62,12 @@ void fit(const Landmarks& marks, std::size_t i, std::span<const Index> found, Po
     const Eigen::Vector3d d(q.x, q.y, q.z);
     scatter += d * d.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(scatter);
+  const Spectrum<3> axes = spectrum(scatter);
   constexpr double line = 1e-12;
-  if (!(solver.eigenvalues()(1) > line * solver.eigenvalues()(2))) return;
-  const Eigen::Vector3d v = solver.eigenvectors().col(0);
+  if (!(axes.values(1) > line * axes.values(2))) return;
+  const Eigen::Vector3d v = axes.vectors.col(0);
   normal = {v(0), v(1), v(2)};
-  height = std::sqrt(std::max(0.0, solver.eigenvalues()(0)) / n);
+  height = std::sqrt(std::max(0.0, axes.values(0)) / n);
 }
 
 /// Prim's tree over the nearest neighbours, most parallel first; each part of the surface by itself, its first landmark

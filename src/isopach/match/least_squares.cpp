@@ -1,12 +1,11 @@
 #include "isopach/match/least_squares.hpp"
 
 #include <fmt/format.h>
-#include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
-#include <Eigen/SVD>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -37,7 +36,6 @@ std::array<double, N> sums(std::span<const Link> links, Add&& add) {
   return result;
 }
 
-using Matrix7 = Eigen::Matrix<double, 7, 7>;
 using Vector7 = Eigen::Matrix<double, 7, 1>;
 
 std::vector<int> free_motions(const Freedom& f) {
@@ -57,12 +55,12 @@ Vector7 solve(const Matrix7& m, const Vector7& g, const Freedom& freedom, double
   const std::vector<int> free = free_motions(freedom);
   const Eigen::MatrixXd part = m(free, free);
   const Eigen::VectorXd right = g(free);
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(part);
+  const Spectrum<Eigen::Dynamic> axes = spectrum(part);
   Vector7 x = Vector7::Zero();
-  for (Eigen::Index k = 0; k < solver.eigenvalues().size(); ++k) {
-    if (!(solver.eigenvalues()[k] > floor)) continue;
-    const Eigen::VectorXd v = solver.eigenvectors().col(k);
-    const Eigen::VectorXd along = (v.dot(right) / solver.eigenvalues()[k]) * v;
+  for (Eigen::Index k = 0; k < axes.values.size(); ++k) {
+    if (!(axes.values[k] > floor)) continue;
+    const Eigen::VectorXd v = axes.vectors.col(k);
+    const Eigen::VectorXd along = (v.dot(right) / axes.values[k]) * v;
     for (std::size_t i = 0; i < free.size(); ++i) x[free[i]] += along[static_cast<Eigen::Index>(i)];
   }
   return x;
@@ -136,13 +134,13 @@ Motion point_step(std::span<const Link> links, const PairInformation& in, bool s
   Eigen::Matrix3d cross_covariance;
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 3; ++j) cross_covariance(i, j) = s[static_cast<std::size_t>(3 + 3 * i + j)];
-  const Eigen::JacobiSVD<Eigen::Matrix3d> svd(cross_covariance, Eigen::ComputeFullU | Eigen::ComputeFullV);
-  Eigen::Vector3d sign(1, 1, svd.matrixU().determinant() * svd.matrixV().determinant() < 0 ? -1 : 1);
-  const Eigen::Matrix3d r = svd.matrixU() * sign.asDiagonal() * svd.matrixV().transpose();
+  const SingularValues svd = singular_values(cross_covariance);
+  Eigen::Vector3d sign(1, 1, svd.u.determinant() * svd.v.determinant() < 0 ? -1 : 1);
+  const Eigen::Matrix3d r = svd.u * sign.asDiagonal() * svd.v.transpose();
   Motion motion;
   for (Eigen::Index i = 0; i < 3; ++i)
     for (Eigen::Index j = 0; j < 3; ++j) motion.rotation[static_cast<std::size_t>(3 * i + j)] = r(i, j);
-  if (scale && s[12] > 0) motion.scale = svd.singularValues().dot(sign) / s[12];
+  if (scale && s[12] > 0) motion.scale = svd.values.dot(sign) / s[12];
   const Point3 turned = motion.apply(c);
   motion.shift = {c.x + s[0] / in.weight - turned.x, c.y + s[1] / in.weight - turned.y,
                   c.z + s[2] / in.weight - turned.z};
@@ -174,12 +172,12 @@ std::array<double, 36> pair_covariance(const PairInformation& in, double sigma2,
                                        const std::array<std::string, 3>& axes, std::vector<std::string>& directions) {
   const Matrix7 all = Eigen::Map<const Matrix7>(in.normal.data());
   const Eigen::Matrix<double, 6, 6> m = all.topLeftCorner<6, 6>();
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(m);
+  const Spectrum<6> held = spectrum(m);
   Eigen::Matrix<double, 6, 6> c = Eigen::Matrix<double, 6, 6>::Zero();
   const double most = in.radius * in.radius;
   for (Eigen::Index k = 0; k < 6; ++k) {
-    const double size = solver.eigenvalues()[k];
-    const Eigen::Matrix<double, 6, 1> v = solver.eigenvectors().col(k);
+    const double size = held.values[k];
+    const Eigen::Matrix<double, 6, 1> v = held.vectors.col(k);
     const bool weak = !(size > floor);
     c += (weak ? most : std::min(most, sigma2 / (count * size))) * v * v.transpose();
     if (weak)

@@ -1,10 +1,10 @@
 #include "isopach/match/oriented.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -106,11 +106,11 @@ class Fitter {
       if (k == normal_neighbours)
         rings = plane.area > along_lines * distance2(i, found_[std::min(fourth, found_.size() - 1)]);
       scatter(i);
-      if (solver_.eigenvalues()[1] > narrow * solver_.eigenvalues()[2] || found_.size() < k) break;
+      if (axes_.values[1] > narrow * axes_.values[2] || found_.size() < k) break;
     }
     const Point3 centre = cloud_.points[i];
     const auto n = static_cast<double>(found_.size());
-    const auto& sizes = solver_.eigenvalues();
+    const auto& sizes = axes_.values;
     constexpr double line = 1e-12;
     if (!(sizes[1] > line * sizes[2])) return plane;
     const Point3 across = axis(0), along = axis(2), beside = axis(1);
@@ -128,7 +128,7 @@ class Fitter {
   }
 
  private:
-  /// Mean (from point i) and second moments of the neighbours found, into mean_ and solver_.
+  /// Mean (from point i) and second moments of the neighbours found, into mean_ and axes_.
   void scatter(std::size_t i) {
     const Point3 centre = cloud_.points[i];
     const auto n = static_cast<double>(found_.size());
@@ -141,13 +141,13 @@ class Fitter {
       moments(0, 0) += d.x * d.x, moments(1, 0) += d.x * d.y, moments(1, 1) += d.y * d.y;
       moments(2, 0) += d.x * d.z, moments(2, 1) += d.y * d.z, moments(2, 2) += d.z * d.z;
     }
-    solver_.compute(moments);
+    axes_ = spectrum(moments);
   }
   [[nodiscard]] double distance2(std::size_t i, Index k) const {
     return squared_length(cloud_.points[k] - cloud_.points[i]);
   }
   [[nodiscard]] Point3 axis(int k) const {
-    const auto& v = solver_.eigenvectors();
+    const auto& v = axes_.vectors;
     return {v(0, k), v(1, k), v(2, k)};
   }
   bool is_open(const Point3& centre, const Point3& along, const Point3& beside) {
@@ -167,7 +167,7 @@ class Fitter {
   const OrientedCloud& cloud_;
   std::vector<Index> found_;
   std::vector<double> angles_;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver_;
+  Spectrum<3> axes_;
   Point3 mean_{0, 0, 0};
 };
 

@@ -1,12 +1,11 @@
 #include "isopach/match/pose_evidence.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
 #include <fmt/format.h>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/shape_detail.hpp"
@@ -177,9 +176,9 @@ class Contact {
       }
       matrix += row * row.transpose();
     }
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(matrix / static_cast<double>(points_.size()));
-    motion = solver.eigenvectors().col(0);
-    return std::sqrt(std::max(0.0, solver.eigenvalues()(0)));
+    const Spectrum<Eigen::Dynamic> held = spectrum<Eigen::Dynamic>(matrix / static_cast<double>(points_.size()));
+    motion = held.vectors.col(0);
+    return std::sqrt(std::max(0.0, held.values(0)));
   }
 
  private:

@@ -1,8 +1,8 @@
 #include "isopach/match/sandwich.hpp"
 
-#include <Eigen/Dense>
 #include <vector>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/match/clusters.hpp"
 
 namespace isopach {
@@ -15,16 +15,15 @@ constexpr double most_noise = 0.8;  // of the information: the rest cannot be to
 
 /// `all`, less the share that `noise` has of `h`.
 Matrix without_noise(const Matrix& all, const Matrix& h, const Matrix& noise) {
-  const Eigen::SelfAdjointEigenSolver<Matrix> solver(h);
-  const Eigen::VectorXd size = solver.eigenvalues().cwiseMax(1e-14 * solver.eigenvalues().maxCoeff()).cwiseSqrt();
-  const Matrix& v = solver.eigenvectors();
-  const Matrix root = v * size.asDiagonal() * v.transpose();
-  const Matrix inverse = v * size.cwiseInverse().asDiagonal() * v.transpose();
-  const Eigen::SelfAdjointEigenSolver<Matrix> shares(inverse * noise * inverse);
-  const Eigen::VectorXd left = (1 - shares.eigenvalues().array()).cwiseMax(1 - most_noise);
-  const Matrix keep = shares.eigenvectors() * left.cwiseSqrt().asDiagonal() * shares.eigenvectors().transpose();
+  const Spectrum<Eigen::Dynamic> of_h = spectrum(h);
+  const Eigen::VectorXd size = of_h.values.cwiseMax(1e-14 * of_h.values.maxCoeff()).cwiseSqrt();
+  const Matrix root = from_spectrum(of_h.vectors, size);
+  const Matrix inverse = from_spectrum(of_h.vectors, size.cwiseInverse());
+  const Spectrum<Eigen::Dynamic> shares = spectrum(product(product(inverse, noise), inverse));
+  const Eigen::VectorXd left = (1 - shares.values.array()).cwiseMax(1 - most_noise);
+  const Matrix keep = from_spectrum(shares.vectors, left.cwiseSqrt());
   // inverse · all · inverse is nearly a multiple of the unit matrix: the order of the factors hardly matters.
-  return root * keep * (inverse * all * inverse) * keep * root;
+  return product(product(product(product(root, keep), product(product(inverse, all), inverse)), keep), root);
 }
 
 }  // namespace
@@ -42,8 +41,8 @@ Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells, const Inf
   if (basis.cols() == 0) return Eigen::Matrix<double, 7, 7>::Zero();
   Symmetric7 all;
   for (const ScoreCell& c : cells) all.add(c.information);
-  const auto within = [&](const Symmetric7& s) -> Matrix { return basis.transpose() * matrix(s) * basis; };
-  return sandwich(cells, basis, curvature * without_noise(within(all), within(known.h), within(known.noise)));
+  const auto part = [&](const Symmetric7& s) { return within(basis, matrix(s)); };
+  return sandwich(cells, basis, curvature * without_noise(part(all), part(known.h), part(known.noise)));
 }
 
 Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells,
@@ -54,9 +53,9 @@ Eigen::Matrix<double, 7, 7> sandwich(std::span<const ScoreCell> cells,
   for (std::size_t c = 0; c < columns.size(); ++c)
     for (std::size_t k = 0; k < parameters; ++k)
       columns[c][k] = basis(static_cast<Eigen::Index>(k), static_cast<Eigen::Index>(c));
-  const Matrix score = basis.transpose() * matrix(clustered_scores(cells, columns)) * basis;
-  const Matrix inverse = bread.ldlt().solve(Matrix::Identity(bread.rows(), bread.cols()));
-  return basis * inverse * score * inverse * basis.transpose();
+  const Matrix score = within(basis, matrix(clustered_scores(cells, columns)));
+  const Matrix inverse = Ldlt(bread).solve_columns(Matrix::Identity(bread.rows(), bread.cols()));
+  return between_inverses(basis, inverse, score);
 }
 
 }  // namespace isopach

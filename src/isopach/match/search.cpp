@@ -2,11 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/sandwich.hpp"
 
@@ -175,11 +175,11 @@ class Solver {
   // Undamped, h is divided by how much of it is curvature of the loss: with normal noise the step is then Newton's own.
   [[nodiscard]] Vector newton_step(double damping) const {
     if (basis_.cols() == 0) return Vector::Zero();
-    Eigen::MatrixXd h = basis_.transpose() * matrix(at.sums.h) * basis_;
-    const Eigen::VectorXd b = basis_.transpose() * vector(at.sums.b);
+    Eigen::MatrixXd h = within(basis_, matrix(at.sums.h));
+    const Eigen::VectorXd b = along_basis(basis_, vector(at.sums.b));
     if (damping == 0 && loss.kind == Loss::Kind::tukey) h *= curvature(trust_follows);
     h.diagonal() += (damping + 1e-14) * h.trace() * Eigen::VectorXd::Ones(h.rows());
-    return basis_ * h.ldlt().solve(b);
+    return from_basis(basis_, Ldlt(h).solve(b));
   }
 
   Residuals& r_;
@@ -215,8 +215,7 @@ struct Weak {
 
 double largest_within(const Information& info, const Basis& basis) {
   if (basis.cols() == 0) return 0;
-  const Eigen::MatrixXd h = basis.transpose() * matrix(info.h) * basis;
-  return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(h, Eigen::EigenvaluesOnly).eigenvalues().maxCoeff();
+  return eigenvalues(within(basis, matrix(info.h))).maxCoeff();
 }
 
 // Eigenvectors of the information within `basis` that hold less than they should, of `largest` (the most that any
@@ -224,14 +223,13 @@ double largest_within(const Information& info, const Basis& basis) {
 std::vector<Weak> weak_within(const Information& info, const Basis& basis, double largest, bool against_noise) {
   std::vector<Weak> found;
   if (basis.cols() == 0) return found;
-  const Eigen::MatrixXd h = basis.transpose() * matrix(info.h) * basis;
-  const Eigen::MatrixXd noise = basis.transpose() * matrix(info.noise) * basis;
-  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(h);
-  for (int k = 0; k < h.cols(); ++k) {
-    const Eigen::VectorXd v = solver.eigenvectors().col(k);
-    const double own = solver.eigenvalues()(k), by_noise = v.dot(noise * v);
+  const Eigen::MatrixXd noise = within(basis, matrix(info.noise));
+  const Spectrum<Eigen::Dynamic> axes = spectrum(within(basis, matrix(info.h)));
+  for (int k = 0; k < axes.values.size(); ++k) {
+    const Eigen::VectorXd v = axes.vectors.col(k);
+    const double own = axes.values(k), by_noise = v.dot(product(noise, v));
     const bool none = !(own > unobserved * largest) || (against_noise && own < unobserved_ratio * by_noise);
-    if (none || own < weak * largest) found.push_back({basis * v, largest > 0 ? own / largest : 0, none});
+    if (none || own < weak * largest) found.push_back({from_basis(basis, v), largest > 0 ? own / largest : 0, none});
   }
   return found;
 }

@@ -1,9 +1,8 @@
 #include "isopach/match/shape_detail.hpp"
 
-#include <Eigen/Dense>
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/distance/vectors.hpp"
 
 namespace isopach {
@@ -34,9 +33,8 @@ LocalPlane plane_of(std::span<const Point3> points, std::span<const Index> chose
   }
   Eigen::Matrix3d moments;
   moments << xx, xy, xz, xy, yy, yz, xz, yz, zz;
-  Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver;
-  solver.computeDirect(moments);  // in closed form: to half of the digits, which are far finer than any noise
-  const Eigen::Vector3d normal = solver.eigenvectors().col(0);
+  // Half of the digits are far finer than any noise.
+  const Eigen::Vector3d normal = rough_spectrum(moments).vectors.col(0);
   plane.normal = {normal(0), normal(1), normal(2)};
   return plane;
 }
@@ -65,7 +63,7 @@ double ShapeDetail::correlation() const {
     right += r * both;
   }
   // Places on a plane leave the matrix singular: the least of all solutions then.
-  const Eigen::Matrix<double, 4, 6> fit = normal.completeOrthogonalDecomposition().solve(right);
+  const Eigen::Matrix<double, 4, 6> fit = least_norm(normal, right);
   double aa = 0, bb = 0, ab = 0;
   for (const Sample& s : samples_) {
     const Eigen::Matrix<double, 1, 6> smooth = row(s).transpose() * fit;

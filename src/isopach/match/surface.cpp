@@ -247,9 +247,9 @@ MatchSurface thinned(const MatchSurface& s, std::size_t run, bool trim, const Co
     heights.push_back(means[order[i]].z);
     if (is_weighted) mu.push_back(means[order[i]].mu);
   }
-  MatchSurface thin = make_surface(std::move(nodes), std::move(heights), box, trim, 0, context);
-  if (is_weighted) weigh(thin, std::move(mu));
-  return thin;
+  MatchSurface result = make_surface(std::move(nodes), std::move(heights), box, trim, 0, context);
+  if (is_weighted) weigh(result, std::move(mu));
+  return result;
 }
 
 }  // namespace isopach

@@ -1,11 +1,11 @@
 #include "isopach/match/viewing.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <vector>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/distance/vectors.hpp"
 
 namespace isopach {
@@ -37,10 +37,10 @@ std::array<Point3, 3> principal_directions(std::span<const Point3> normals) {
     const Eigen::Vector3d v(n.x, n.y, n.z);
     m += v * v.transpose();
   }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(m);
+  const Spectrum<3> axes = spectrum(m);
   std::array<Point3, 3> result{};
   for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d v = solver.eigenvectors().col(2 - k);
+    const Eigen::Vector3d v = axes.vectors.col(2 - k);
     result[static_cast<std::size_t>(k)] = {v(0), v(1), v(2)};
   }
   return result;

@@ -4,9 +4,9 @@
 #include <array>
 
 #include <fmt/format.h>
-#include <Eigen/Dense>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 
@@ -101,9 +101,7 @@ Form fit_form(std::span<const Point2> xy, std::span<const double> area, std::spa
       right(r) = e.right[static_cast<std::size_t>(r)].value();
       for (Eigen::Index c = 0; c <= r; ++c) gram(r, c) = gram(c, r) = e.gram[static_cast<std::size_t>(k++)].value();
     }
-    Eigen::CompleteOrthogonalDecomposition<Eigen::MatrixXd> solver;
-    solver.setThreshold(1e-12);
-    const Eigen::VectorXd step = solver.compute(gram).solve(right);
+    const Eigen::VectorXd step = least_norm(gram, right, 1e-12);
     for (Eigen::Index k = 0; k < terms; ++k) form.coefficients[static_cast<std::size_t>(k)] += step(k);
   }
   return form;

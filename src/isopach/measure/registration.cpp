@@ -1,9 +1,9 @@
 #include "isopach/measure/registration.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/measure/detection.hpp"
@@ -100,8 +100,7 @@ std::string fault_of(const PoseCovariance& covariance) {
       m(static_cast<int>(i), static_cast<int>(j)) = scale > 0 ? c[6 * i + j] / scale : 0;
       if (scale == 0 && c[6 * i + j] != 0) return "a number whose variance is 0 varies with another one";
     }
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, 6, 6>> solver(m, Eigen::EigenvaluesOnly);
-  return solver.eigenvalues()(0) < -rounding ? "it has a negative variance along some motion" : "";
+  return eigenvalues(m)(0) < -rounding ? "it has a negative variance along some motion" : "";
 }
 
 PoseCovariance in_frame(const PoseCovariance& covariance, const Frame& frame) {
