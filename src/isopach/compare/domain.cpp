@@ -248,7 +248,7 @@ void AreaOfInterest::clip_cells(Comparison& c, const Context& context) const {
 }
 
 void clip_borders(const Pair& pair, const Clip& clip, Borders& borders, Comparison& c, const Context& context) {
-  const auto& [a, b] = pair.scan;
+  const Scan &a = pair.scan[0], &b = pair.scan[1];
   Region hull;
   const Array<Index> nodes = hull_nodes(b.t, b.field.xy);
   if (b.t.real > 0)

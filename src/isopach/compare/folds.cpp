@@ -34,7 +34,7 @@ MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const P
   spreads[1].is_raster = along_z && cloud_b.grid.has_value() && options.pose.is_identity();
   const DuplicatePolicy policy = options.project.duplicates;
   if (!options.check_layers || (policy != DuplicatePolicy::mean && policy != DuplicatePolicy::median)) return spreads;
-  const auto& [a, b] = pair.scan;
+  const Scan &a = pair.scan[0], &b = pair.scan[1];
   if (a.field.cleaning.duplicates > 0) spreads[0].of_node = merged_spread(cloud_a, Pose{}, pair.frame, a.field);
   if (b.field.cleaning.duplicates > 0) spreads[1].of_node = merged_spread(cloud_b, options.pose, pair.frame, b.field);
   return spreads;

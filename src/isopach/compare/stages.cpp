@@ -295,7 +295,7 @@ void describe_meshes(const Pair& pair, Comparison& c) {
 }
 
 Common locate(Pair& pair, LocateMethod method, Clock& clock, const Context& context) {
-  const auto& [a, b] = pair.scan;
+  const Scan &a = pair.scan[0], &b = pair.scan[1];
   Common common;
   if (method == LocateMethod::tree) {
     clock.start("spanning_tree");  // from the Delaunay edges: O(n)
@@ -322,7 +322,7 @@ Common locate(Pair& pair, LocateMethod method, Clock& clock, const Context& cont
 
 Common unite_meshes(Pair& pair, Common so_far, LocateMethod method, bool keep_meshes, const Context& context) {
   Common common = std::move(so_far);
-  auto& [a, b] = pair.scan;
+  Scan &a = pair.scan[0], &b = pair.scan[1];
   if (method == LocateMethod::tree) {
     common.nodes = unite(a.field.xy, b.field.xy, pair.frame.curve);
     common.t = merge({keep_meshes ? a.t : std::move(a.t), a.field.xy, &pair.seen[0].at},
@@ -535,7 +535,7 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   Cells cells;
   const UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
-  const auto& [a, b] = pair.scan;
+  const Scan &a = pair.scan[0], &b = pair.scan[1];
   cells.z1.resize(n);
   cells.z2.resize(n);
   for_each_index(n, [&](std::size_t i) {

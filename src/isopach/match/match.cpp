@@ -92,7 +92,7 @@ SearchResult search_with_nominal(const Cloud& moving, const Cloud& fixed, MatchS
 void match_surfaces(const Cloud& moving, const Cloud& fixed, Pair pair, Matching& m, stages::Clock& clock,
                     const Context& context) {
   clock.start("facets");
-  auto& [a, b] = pair.scan;
+  Scan &a = pair.scan[0], &b = pair.scan[1];
   const auto surface_of = [](Scan& s) {
     return make_surface(std::move(s.field.xy), std::move(s.field.z), std::move(s.t), s.kept);
   };
