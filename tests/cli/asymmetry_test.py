@@ -24,6 +24,22 @@ def face(seed=1, n=2500, bump=0.0, noise=0.02, turn=5.0):
     return found
 
 
+def cropped(seed=0, n=6000, turn=0.13, crop=45):
+    """A round face of 150 by 190 mm turned about y by `turn`, that ends `crop` mm from its plane on one side."""
+    numbers = random.Random(seed)
+    c, s = math.cos(turn), math.sin(turn)
+    found = []
+    for _ in range(n):
+        x, y = numbers.uniform(-75, crop), numbers.uniform(-95, 95)
+        z = 75 * math.sqrt(max(0.02, 1 - (x / 92) ** 2 - (y / 128) ** 2))
+        for at, up, wide, tall, size in ((0, 8, 10, 18, 21), (33, 33, 14, 9, -8), (0, -35, 21, 8, 5), (0, -70, 18, 12, 8),
+                                         (43, -4, 17, 15, 5)):
+            z += size * math.exp(-(((abs(x) - at) / wide) ** 2 + ((y - up) / tall) ** 2) / 2)
+        z += numbers.gauss(0, 0.15)
+        found.append((c * x + s * z, y, c * z - s * x))
+    return found
+
+
 class AsymmetryCli(CliTest):
     def setUp(self):
         super().setUp()
@@ -53,6 +69,15 @@ class Output(AsymmetryCli):
         plain = self.told(name="plain.xyz")
         self.assertLess(plain["index"]["percent"], plain["index"]["floor"])
         self.assertGreater(told["index"]["percent"], 3 * told["index"]["floor"])
+
+    def test_a_plane_far_from_the_middle_of_the_scan(self):
+        # Turns and shifts of the plane through the middle alone led to one that is 30 degrees off, in a third of such scans.
+        self.write("cropped.xyz", cropped())
+        told = self.told("--unit", "mm", name="cropped.xyz")
+        normal = told["plane"]["normal"]
+        off = math.degrees(math.acos(min(1, abs(normal[0] * math.cos(0.13) - normal[2] * math.sin(0.13)))))
+        self.assertLess(off, 0.1)
+        self.assertLess(told["index"]["percent"], told["index"]["floor"])
 
     def test_any_turn_of_the_picture(self):
         # Few points and a head as round as this one: of the turn about the direction, little more than noise is known.

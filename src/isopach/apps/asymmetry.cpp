@@ -28,7 +28,8 @@ constexpr std::size_t thin_points = 1000;  // of the scan that starts are tried 
 constexpr int most_rounds = 5;             // of match and turn; two are usual
 constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
 constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
-constexpr double least_coverage = 0.3;     // of both areas: a start with less says nothing of symmetry
+constexpr double least_across = 0.61;   // cosine: a plane whose normal is farther from the direction across is another
+constexpr double least_coverage = 0.3;  // of both areas: a start with less says nothing of symmetry
 
 /// The stages within the many matchings say nothing to the user.
 Context without_progress(const Context& context) {
@@ -259,25 +260,49 @@ Trial tried(const Array<Point3>& thin, const Upright& start, const Point3& towar
   return trial;
 }
 
-/// The plane about which the largest area is symmetric within the noise of the best.
-Upright start_of(const Array<Point3>& thin, const Point3& across, const AsymmetryOptions& o, const Context& context) {
+Point3 in_view(const Point3& v, const Frame& frame) {
+  const auto& r = frame.rotation;
+  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
+          r[6] * v.x + r[7] * v.y + r[8] * v.z};
+}
+
+/// Starts: planes about which the scan is nearly symmetric in space, and turns and shifts of the one through the middle
+/// of the scan. These alone miss the plane of a scan that ends nearer to it on one side.
+std::vector<Upright> starts(const Array<Point3>& thin, const Point3& across, const std::vector<MirrorPlane>& planes,
+                            const Frame& frame) {
   const Upright middle = upright_through_middle(thin, across);
   Box3 box;
   for (const Point3& p : thin) box.add(middle.apply(p));
   const double width = box.max.x - box.min.x;
-  const Context silent = without_progress(context);
-  std::vector<Trial> trials;
-  std::string failure;
+  std::vector<Upright> all;
+  for (const MirrorPlane& plane : planes) {
+    Reflection reflection;
+    reflection.normal = in_view(plane.normal, frame);
+    reflection.offset = plane.offset - dot(plane.normal, frame.origin);
+    if (std::fabs(dot(reflection.normal, middle.axis(0))) >= least_across)
+      all.push_back(Upright{}.after(reflection, across));
+  }
   for (const double roll : {0.0, 12.0, -12.0})
     for (const double turn : {0.0, 20.0, -20.0})
-      for (const double shift : {0.0, 0.15, -0.15}) {
-        context.step("start", static_cast<double>(trials.size()) / 27);
-        try {
-          trials.push_back(tried(thin, middle.turned_and_shifted(roll, turn, shift * width), across, o, silent));
-        } catch (const OverlapError& error) {
-          failure = error.what();
-        }
-      }
+      for (const double shift : {0.0, 0.15, -0.15}) all.push_back(middle.turned_and_shifted(roll, turn, shift * width));
+  return all;
+}
+
+/// The plane about which the largest area is symmetric within the noise of the best.
+Upright start_of(const Array<Point3>& thin, const Point3& across, const std::vector<MirrorPlane>& planes,
+                 const Frame& frame, const AsymmetryOptions& o, const Context& context) {
+  const Context silent = without_progress(context);
+  const std::vector<Upright> from = starts(thin, across, planes, frame);
+  std::vector<Trial> trials;
+  std::string failure;
+  for (const Upright& start : from) {
+    context.step("start", static_cast<double>(trials.size()) / static_cast<double>(from.size()));
+    try {
+      trials.push_back(tried(thin, start, across, o, silent));
+    } catch (const OverlapError& error) {
+      failure = error.what();
+    }
+  }
   if (trials.empty()) throw OverlapError("no part of the face lies over its mirror image: " + failure);
   double noise = std::numeric_limits<double>::infinity();
   for (const Trial& t : trials)
@@ -287,12 +312,6 @@ Upright start_of(const Array<Point3>& thin, const Point3& across, const Asymmetr
   for (const Trial& t : trials)
     if (t.symmetric_area(3 * noise) > best->symmetric_area(3 * noise)) best = &t;
   return best->place;
-}
-
-Point3 in_view(const Point3& v, const Frame& frame) {
-  const auto& r = frame.rotation;
-  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
-          r[6] * v.x + r[7] * v.y + r[8] * v.z};
 }
 
 /// The plane of the pose, the face upright before it.
@@ -587,8 +606,9 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
 
   clock.start("start");
   const bool known = options.orientation == FaceOrientation::found && !sides_overruled(options, a.pose);
-  const Upright start = known ? start_of(a.pose, view.frame).recentred(view.points.points)
-                              : start_of(view.thin, across, options, context).recentred(view.points.points);
+  const Upright start =
+      known ? start_of(a.pose, view.frame).recentred(view.points.points)
+            : start_of(view.thin, across, a.pose.planes, view.frame, options, context).recentred(view.points.points);
 
   clock.start("match");
   const Upright place = refined(stable_points(view, in_force, a.pose), start, across, a, context);

@@ -111,6 +111,11 @@ FaceFit before(FaceFit fit, const MirrorPlane& plane) {
   return fit;
 }
 
+/// The plane in input coordinates; `frame` has the axes of the file.
+MirrorPlane in_input(const MirrorPlane& plane, const Scaled& s, const Frame& frame) {
+  return {plane.normal, dot(plane.normal, frame.to_input(s.back(plane.offset * plane.normal)))};
+}
+
 FaceFit settled_on_all(const FaceFit& fit, const Array<Point3>& points) {
   constexpr double beside = .7, around = 1.3;
   Array<Point3> near;
@@ -224,6 +229,7 @@ FacePose find_face(const Cloud& cloud, const ProjectOptions& project, const Cont
   thin = thin_points(s.points, search_points, search_neighbours);
 
   const std::vector<Candidate> candidates = candidates_of(thin, context);
+  for (const Candidate& c : candidates) pose.planes.push_back(in_input(c.plane.plane, s, frame));
   context.step("face", 0.8);
   pose.refusal = FacePose::Refusal::no_face;
   const Candidate* best = best_of(candidates);

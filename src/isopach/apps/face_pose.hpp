@@ -2,7 +2,9 @@
 // patient's left; or why no face was found.
 #pragma once
 #include <string>
+#include <vector>
 
+#include "isopach/apps/symmetry_planes.hpp"
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
 #include "isopach/cloud/cloud.hpp"
@@ -37,6 +39,9 @@ struct FacePose {
   double sigma_angle_deg = 90;  ///< standard deviation of the plane's direction
   double sigma_offset = 0;      ///< of its place in the middle of the face
   double spread = 0;            ///< of the two sides about each other, as a share of the width
+  /// Planes about which the scan is nearly symmetric, best first, whether there is a face or not; empty where there are
+  /// too few points.
+  std::vector<MirrorPlane> planes;
   Array<unsigned char> region;  ///< per input point: 1 in the region of the face; empty if none was found
 
   /// No living face is as symmetric: a model, a mannequin or a mirrored half.
