@@ -48,9 +48,11 @@ TEST(Pair, EitherMeshHasTheHeightsOfTheOther) {
     const OverlayMesh mesh = pair.mesh(k);
     const double lift = k == 0 ? 0.5 : -0.5;  // B was moved up
     std::size_t inside = 0;
-    for (std::size_t i = 0; i < mesh.xy.size(); ++i)
-      if (mesh.in_other[i].kind == Location::Kind::triangle)
-        ++inside, EXPECT_NEAR(mesh.other_z[i] - mesh.z[i], lift, 1e-12);
+    for (std::size_t i = 0; i < mesh.xy.size(); ++i) {
+      if (mesh.in_other[i].kind != Location::Kind::triangle) continue;
+      ++inside;
+      EXPECT_NEAR(mesh.other_z[i] - mesh.z[i], lift, 1e-12);
+    }
     EXPECT_GT(inside, mesh.xy.size() / 2);
   }
 }
