@@ -28,8 +28,9 @@ constexpr std::size_t thin_points = 1000;  // of the scan that starts are tried 
 constexpr int most_rounds = 5;             // of match and turn; two are usual
 constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
 constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
-constexpr double least_across = 0.61;   // cosine: a plane whose normal is farther from the direction across is another
-constexpr double least_coverage = 0.3;  // of both areas: a start with less says nothing of symmetry
+constexpr double least_across = 0.61;  // cosine: a plane whose normal is farther from the direction across is another
+constexpr double far_more_symmetric = 0.5;  // of the spread: less
+constexpr double least_coverage = 0.3;      // of both areas: a start with less says nothing of symmetry
 
 /// The stages within the many matchings say nothing to the user.
 Context without_progress(const Context& context) {
@@ -266,52 +267,74 @@ Point3 in_view(const Point3& v, const Frame& frame) {
           r[6] * v.x + r[7] * v.y + r[8] * v.z};
 }
 
-/// Starts: planes about which the scan is nearly symmetric in space, and turns and shifts of the one through the middle
-/// of the scan. These alone miss the plane of a scan that ends nearer to it on one side.
-std::vector<Upright> starts(const Array<Point3>& thin, const Point3& across, const std::vector<MirrorPlane>& planes,
-                            const Frame& frame) {
-  const Upright middle = upright_through_middle(thin, across);
+/// Turns and shifts of the plane through the middle of the scan.
+std::vector<Upright> starts_about(const Upright& middle, const Array<Point3>& thin) {
   Box3 box;
   for (const Point3& p : thin) box.add(middle.apply(p));
   const double width = box.max.x - box.min.x;
-  std::vector<Upright> all;
+  std::vector<Upright> starts;
+  for (const double roll : {0.0, 12.0, -12.0})
+    for (const double turn : {0.0, 20.0, -20.0})
+      for (const double shift : {0.0, 0.15, -0.15})
+        starts.push_back(middle.turned_and_shifted(roll, turn, shift * width));
+  return starts;
+}
+
+/// Those of the planes found in space whose normals lie near the direction across.
+std::vector<Upright> starts_at(const std::vector<MirrorPlane>& planes, const Upright& middle, const Point3& across,
+                               const Frame& frame) {
+  std::vector<Upright> starts;
   for (const MirrorPlane& plane : planes) {
     Reflection reflection;
     reflection.normal = in_view(plane.normal, frame);
     reflection.offset = plane.offset - dot(plane.normal, frame.origin);
     if (std::fabs(dot(reflection.normal, middle.axis(0))) >= least_across)
-      all.push_back(Upright{}.after(reflection, across));
+      starts.push_back(Upright{}.after(reflection, across));
   }
-  for (const double roll : {0.0, 12.0, -12.0})
-    for (const double turn : {0.0, 20.0, -20.0})
-      for (const double shift : {0.0, 0.15, -0.15}) all.push_back(middle.turned_and_shifted(roll, turn, shift * width));
-  return all;
+  return starts;
 }
 
-/// The plane about which the largest area is symmetric within the noise of the best.
-Upright start_of(const Array<Point3>& thin, const Point3& across, const std::vector<MirrorPlane>& planes,
-                 const Frame& frame, const AsymmetryOptions& o, const Context& context) {
-  const Context silent = without_progress(context);
-  const std::vector<Upright> from = starts(thin, across, planes, frame);
-  std::vector<Trial> trials;
-  std::string failure;
-  for (const Upright& start : from) {
-    context.step("start", static_cast<double>(trials.size()) / static_cast<double>(from.size()));
-    try {
-      trials.push_back(tried(thin, start, across, o, silent));
-    } catch (const OverlapError& error) {
-      failure = error.what();
-    }
-  }
-  if (trials.empty()) throw OverlapError("no part of the face lies over its mirror image: " + failure);
+/// Where the largest area is symmetric within the noise of the best; null without trials.
+const Trial* best_of(const std::vector<Trial>& trials) {
   double noise = std::numeric_limits<double>::infinity();
   for (const Trial& t : trials)
     if (t.coverage >= least_coverage) noise = std::min(noise, t.spread);
-  if (!std::isfinite(noise)) return trials.front().place;
-  const Trial* best = &trials.front();
+  const Trial* best = nullptr;
   for (const Trial& t : trials)
-    if (t.symmetric_area(3 * noise) > best->symmetric_area(3 * noise)) best = &t;
-  return best->place;
+    if (best == nullptr || (std::isfinite(noise) && t.symmetric_area(3 * noise) > best->symmetric_area(3 * noise)))
+      best = &t;
+  return best;
+}
+
+/// The plane to begin with. Planes near the middle of the scan lie alike in every frame; of a scan that ends near its
+/// plane on one side all of them may lead astray. There a plane found in space is far more symmetric.
+Upright start_of(const View& view, const Point3& across, const std::vector<MirrorPlane>& planes,
+                 const AsymmetryOptions& o, const Context& context) {
+  const Context silent = without_progress(context);
+  const Upright middle = upright_through_middle(view.thin, across);
+  const std::vector<Upright> near = starts_about(middle, view.thin),
+                             in_space = starts_at(planes, middle, across, view.frame);
+  std::size_t done = 0;
+  std::string failure;
+  const auto trials_from = [&](const std::vector<Upright>& starts) {
+    std::vector<Trial> trials;
+    for (const Upright& start : starts) {
+      context.step("start", static_cast<double>(done++) / static_cast<double>(near.size() + in_space.size()));
+      try {
+        trials.push_back(tried(view.thin, start, across, o, silent));
+      } catch (const OverlapError& error) {
+        failure = error.what();
+      }
+    }
+    return trials;
+  };
+  const std::vector<Trial> of_near = trials_from(near), of_space = trials_from(in_space);
+  const Trial *best = best_of(of_near), *other = best_of(of_space);
+  if (best == nullptr && other == nullptr)
+    throw OverlapError("no part of the face lies over its mirror image: " + failure);
+  const bool astray = best == nullptr || (other != nullptr && other->coverage >= least_coverage &&
+                                          other->spread < far_more_symmetric * best->spread);
+  return astray ? other->place : best->place;
 }
 
 /// The plane of the pose, the face upright before it.
@@ -606,9 +629,8 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
 
   clock.start("start");
   const bool known = options.orientation == FaceOrientation::found && !sides_overruled(options, a.pose);
-  const Upright start =
-      known ? start_of(a.pose, view.frame).recentred(view.points.points)
-            : start_of(view.thin, across, a.pose.planes, view.frame, options, context).recentred(view.points.points);
+  const Upright start = known ? start_of(a.pose, view.frame).recentred(view.points.points)
+                              : start_of(view, across, a.pose.planes, options, context).recentred(view.points.points);
 
   clock.start("match");
   const Upright place = refined(stable_points(view, in_force, a.pose), start, across, a, context);
