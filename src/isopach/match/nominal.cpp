@@ -17,11 +17,12 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t least_patch = 16, facets_a_patch = 4, least_patches = 16;
-constexpr double bound = 4.685;               // standard deviations of noise: more is a change
-constexpr double sure = 3;                    // standard errors
-constexpr double halfway = 0.5;               // between facets and what is curved
-constexpr double middle = 1.1, corner = 0.8;  // bubbles of a facet: as much of its area lies beyond each, nearly
-constexpr double least_excess = 0.1;          // of the square rise: less biases nothing
+constexpr double bound = 4.685;  // standard deviations of noise: more is a change
+constexpr double sure = 3;       // standard errors
+constexpr double halfway = 0.5;  // between facets and what is curved
+constexpr double middle_bubble = 1.1,
+                 corner_bubble = 0.8;  // bubbles of a facet: as much of its area lies beyond each, nearly
+constexpr double least_excess = 0.1;   // of the square rise: less biases nothing
 
 /// A node over a facet.
 struct Over {
@@ -81,8 +82,9 @@ PatchSums sums_of(const std::vector<Over>& over, std::size_t begin, std::size_t 
     if (!counts(over[i])) continue;
     const double r = over[i].rise - rise / n, h = over[i].height - height / n;
     sums.shared += h * r, sums.own += r * r;
-    if (over[i].bubble >= middle) ++sums.middles, sums.in_middle += h * h, sums.raised += over[i].rise * over[i].rise;
-    if (over[i].bubble <= corner) ++sums.corners, sums.at_corners += h * h;
+    if (over[i].bubble >= middle_bubble)
+      ++sums.middles, sums.in_middle += h * h, sums.raised += over[i].rise * over[i].rise;
+    if (over[i].bubble <= corner_bubble) ++sums.corners, sums.at_corners += h * h;
   }
   return sums;
 }
