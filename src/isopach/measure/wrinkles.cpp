@@ -135,7 +135,8 @@ class Valleys {
     queue.emplace(0.0, from);
     const Index valley = valley_[from];
     while (!queue.empty()) {
-      const auto [so_far, i] = queue.top();
+      const double so_far = queue.top().first;
+      const Index i = queue.top().second;
       queue.pop();
       if (so_far > d[place_[i]]) continue;
       for_neighbours(i, [&](Index n) {

@@ -19,7 +19,6 @@ namespace {
 
 using namespace values;
 constexpr Typography ascii = Typography::plain;
-constexpr Typography fine = Typography::fine;
 constexpr double degrees = 180 / std::numbers::pi;
 constexpr std::array<const char*, 4> part_names{"face", "jaw", "reference_in_face", "reference_in_jaw"};
 
