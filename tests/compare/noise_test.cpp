@@ -111,8 +111,9 @@ TEST(CorrelatedNoise, IsTheDoubleSumOverAllPairs) {
         double variance = 0;
         for (const auto& [cloud, weights] : {std::pair{&a, &w.a}, std::pair{&b, &w.b}}) {
           const auto& sigma = cloud->attributes[0].values;
+          const auto& points = cloud->points;
           variance += double_sum(*weights, part, *cloud, [&](std::size_t p, std::size_t q) {
-            const Point3 &s = cloud->points[p], &t = cloud->points[q];
+            const Point3 &s = points[p], &t = points[q];
             return sigma[p] * sigma[q] * correlation(shape, range, std::hypot(s.x - t.x, s.y - t.y));
           });
         }

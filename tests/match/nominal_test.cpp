@@ -108,17 +108,20 @@ Cloud scan_with_faces(std::size_t corners, double noise, double detail) {
 
 // The rise of facets that noise or detail finer than the points has bent is none that the other scan could show.
 TEST(Nominal, ScansWithNoiseOrDetailAreNone) {
-  for (const auto& [noise, detail] : {std::pair{0.3, 0.0}, {0.05, 0.0}, {0.0, 0.3}, {0.02, 0.3}, {0.3, 0.3}})
+  struct Case {
+    double noise, detail;
+  };
+  for (const Case& c : {Case{0.3, 0}, {0.05, 0}, {0, 0.3}, {0.02, 0.3}, {0.3, 0.3}})
     for (const std::size_t points : {2000, 20000}) {
       const RandomStream random(8, 7);
       std::uint64_t i = 0;
       const Cloud moving = test::cloud_over(Nominal::places(points, 3), [&](const Point2& p) {
-        return hills(p) + noise * random.normal(i++) + detail * std::sin(1.7 * p.x) * std::cos(1.3 * p.y);
+        return hills(p) + c.noise * random.normal(i++) + c.detail * std::sin(1.7 * p.x) * std::cos(1.3 * p.y);
       });
       MatchOptions options;
       options.judge = false;
-      const Matching m = match(moving, scan_with_faces(2000, noise, detail), options, {});
-      EXPECT_FALSE(m.nominal_fixed || m.nominal_moving) << noise << " " << detail << " " << points;
+      const Matching m = match(moving, scan_with_faces(2000, c.noise, c.detail), options, {});
+      EXPECT_FALSE(m.nominal_fixed || m.nominal_moving) << c.noise << " " << c.detail << " " << points;
     }
 }
 
