@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "isopach/apps/mirror.hpp"
+#include "isopach/apps/symmetry_start.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/compare.hpp"
@@ -28,16 +29,6 @@ constexpr std::size_t thin_points = 1000;  // of the scan that starts are tried 
 constexpr int most_rounds = 5;             // of match and turn; two are usual
 constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
 constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
-constexpr double least_across = 0.61;  // cosine: a plane whose normal is farther from the direction across is another
-constexpr double far_more_symmetric = 0.5;  // of the spread: less
-constexpr double least_coverage = 0.3;      // of both areas: a start with less says nothing of symmetry
-
-/// The stages within the many matchings say nothing to the user.
-Context without_progress(const Context& context) {
-  Context silent = context;
-  silent.progress = nullptr;
-  return silent;
-}
 
 constexpr double disagree_deg = 15;  // of what is given and what is found: more is worth a warning
 
@@ -203,140 +194,6 @@ View view_of(const Cloud& cloud, const AsymmetryOptions& o, const FacePose& pose
   return view;
 }
 
-/// Options of a comparison of two clouds that are in face coordinates already.
-CompareOptions upright_options(const CompareOptions& given) {
-  CompareOptions o = given;
-  o.project = {};
-  o.project.duplicates = given.project.duplicates;
-  o.pose = {};
-  return o;
-}
-
-MatchOptions match_options(const AsymmetryOptions& o, bool plane_only) {
-  MatchOptions m;
-  m.check_pose = false;  // of a face on its mirror image: other places of the face are no answer
-  m.compare = upright_options(o.compare);
-  m.compare.check_layers = false;
-  m.overlap = o.overlap;
-  m.max_iterations = o.max_iterations;
-  if (plane_only) m.freedom = {true, false, false, false, true, true, false};
-  return m;
-}
-
-/// A start that was tried: the plane it led to, and how the thinned face differs from its mirror image there.
-struct Trial {
-  Upright place;
-  struct Cell {
-    double area, most;  // largest |d|
-  };
-  std::vector<Cell> cells;
-  double spread = 0, coverage = 0;
-
-  [[nodiscard]] double symmetric_area(double within) const {
-    double area = 0;
-    for (const Cell& c : cells) area += c.most <= within ? c.area : 0;
-    return area;
-  }
-};
-
-Trial tried(const Array<Point3>& thin, const Upright& start, const Point3& towards, const AsymmetryOptions& o,
-            const Context& context) {
-  MatchOptions options = match_options(o, true);
-  options.max_iterations = std::min(o.max_iterations, 30);
-  options.compare.border = BorderRule::hull;
-  options.compare.max_edge = 0;
-  const Cloud before = placed(thin, start);
-  Trial trial;
-  trial.place = start.after(reflection_of(match(mirrored(before), before, options, context).pose), towards);
-  const Cloud after = placed(thin, trial.place);
-  const Comparison c = compare(mirrored(after), after, options.compare, context);
-  const CellView cells = c.cells.view();
-  for (std::size_t i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    const Cell cell = cell_at(cells, i);
-    trial.cells.push_back({cell.area, std::max({std::fabs(cell.d[0]), std::fabs(cell.d[1]), std::fabs(cell.d[2])})});
-  }
-  trial.spread = c.measures.difference.nmad;
-  trial.coverage = c.coverage;
-  return trial;
-}
-
-Point3 in_view(const Point3& v, const Frame& frame) {
-  const auto& r = frame.rotation;
-  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
-          r[6] * v.x + r[7] * v.y + r[8] * v.z};
-}
-
-/// Turns and shifts of the plane through the middle of the scan.
-std::vector<Upright> starts_about(const Upright& middle, const Array<Point3>& thin) {
-  Box3 box;
-  for (const Point3& p : thin) box.add(middle.apply(p));
-  const double width = box.max.x - box.min.x;
-  std::vector<Upright> starts;
-  for (const double roll : {0.0, 12.0, -12.0})
-    for (const double turn : {0.0, 20.0, -20.0})
-      for (const double shift : {0.0, 0.15, -0.15})
-        starts.push_back(middle.turned_and_shifted(roll, turn, shift * width));
-  return starts;
-}
-
-/// Those of the planes found in space whose normals lie near the direction across.
-std::vector<Upright> starts_at(const std::vector<MirrorPlane>& planes, const Upright& middle, const Point3& across,
-                               const Frame& frame) {
-  std::vector<Upright> starts;
-  for (const MirrorPlane& plane : planes) {
-    Reflection reflection;
-    reflection.normal = in_view(plane.normal, frame);
-    reflection.offset = plane.offset - dot(plane.normal, frame.origin);
-    if (std::fabs(dot(reflection.normal, middle.axis(0))) >= least_across)
-      starts.push_back(Upright{}.after(reflection, across));
-  }
-  return starts;
-}
-
-/// Where the largest area is symmetric within the noise of the best; null without trials.
-const Trial* best_of(const std::vector<Trial>& trials) {
-  double noise = std::numeric_limits<double>::infinity();
-  for (const Trial& t : trials)
-    if (t.coverage >= least_coverage) noise = std::min(noise, t.spread);
-  const Trial* best = nullptr;
-  for (const Trial& t : trials)
-    if (best == nullptr || (std::isfinite(noise) && t.symmetric_area(3 * noise) > best->symmetric_area(3 * noise)))
-      best = &t;
-  return best;
-}
-
-/// The plane to begin with. Planes near the middle of the scan lie alike in every frame; of a scan that ends near its
-/// plane on one side all of them may lead astray. There a plane found in space is far more symmetric.
-Upright start_of(const View& view, const Point3& across, const std::vector<MirrorPlane>& planes,
-                 const AsymmetryOptions& o, const Context& context) {
-  const Context silent = without_progress(context);
-  const Upright middle = upright_through_middle(view.thin, across);
-  const std::vector<Upright> near = starts_about(middle, view.thin),
-                             in_space = starts_at(planes, middle, across, view.frame);
-  std::size_t done = 0;
-  std::string failure;
-  const auto trials_from = [&](const std::vector<Upright>& starts) {
-    std::vector<Trial> trials;
-    for (const Upright& start : starts) {
-      context.step("start", static_cast<double>(done++) / static_cast<double>(near.size() + in_space.size()));
-      try {
-        trials.push_back(tried(view.thin, start, across, o, silent));
-      } catch (const OverlapError& error) {
-        failure = error.what();
-      }
-    }
-    return trials;
-  };
-  const std::vector<Trial> of_near = trials_from(near), of_space = trials_from(in_space);
-  const Trial *best = best_of(of_near), *other = best_of(of_space);
-  if (best == nullptr && other == nullptr)
-    throw OverlapError("no part of the face lies over its mirror image: " + failure);
-  const bool astray = best == nullptr || (other != nullptr && other->coverage >= least_coverage &&
-                                          other->spread < far_more_symmetric * best->spread);
-  return astray ? other->place : best->place;
-}
-
 /// The plane of the pose, the face upright before it.
 Upright start_of(const FacePose& pose, const Frame& frame) {
   const Point3 x = in_view(pose.left, frame), y = in_view(pose.up, frame), z = in_view(pose.front, frame);
@@ -387,7 +244,7 @@ Array<Point3> stable_points(const View& view, const AsymmetryOptions& o, const F
 /// Matches and turns until the plane stands still.
 Upright refined(const Array<Point3>& points, Upright place, const Point3& towards, Asymmetry& a,
                 const Context& context) {
-  const MatchOptions options = match_options(a.options, false);
+  const MatchOptions options = mirror_match_options(a.options, false);
   const Context silent = without_progress(context);
   for (int round = 0; round < most_rounds; ++round) {
     context.step("match", static_cast<double>(round) / most_rounds);
@@ -630,7 +487,8 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   clock.start("start");
   const bool known = options.orientation == FaceOrientation::found && !sides_overruled(options, a.pose);
   const Upright start = known ? start_of(a.pose, view.frame).recentred(view.points.points)
-                              : start_of(view, across, a.pose.planes, options, context).recentred(view.points.points);
+                              : symmetry_start(view.thin, view.frame, across, a.pose.planes, options, context)
+                                    .recentred(view.points.points);
 
   clock.start("match");
   const Upright place = refined(stable_points(view, in_force, a.pose), start, across, a, context);

@@ -103,10 +103,14 @@ Upright upright_through_middle(const Array<Point3>& points, const Point3& across
   return place;
 }
 
-Point3 across_in_view(const std::optional<Point3>& across, const Frame& frame) {
-  if (!across) return {1, 0, 0};
+Point3 in_view(const Point3& v, const Frame& frame) {
   const auto& r = frame.rotation;
-  return {dot({r[0], r[1], r[2]}, *across), dot({r[3], r[4], r[5]}, *across), dot({r[6], r[7], r[8]}, *across)};
+  return {r[0] * v.x + r[1] * v.y + r[2] * v.z, r[3] * v.x + r[4] * v.y + r[5] * v.z,
+          r[6] * v.x + r[7] * v.y + r[8] * v.z};
+}
+
+Point3 across_in_view(const std::optional<Point3>& across, const Frame& frame) {
+  return across ? in_view(*across, frame) : Point3{1, 0, 0};
 }
 
 Cloud placed(const Array<Point3>& points, const Upright& place) {

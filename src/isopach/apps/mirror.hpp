@@ -54,6 +54,9 @@ struct Upright {
 /// Throws UsageError naming --across where it is along z.
 [[nodiscard]] Upright upright_through_middle(const Array<Point3>& points, const Point3& across);
 
+/// A direction of the input in the axes of a frame.
+[[nodiscard]] Point3 in_view(const Point3& v, const Frame& frame);
+
 /// --across in the axes of a frame; its first axis where it is not given.
 [[nodiscard]] Point3 across_in_view(const std::optional<Point3>& across, const Frame& frame);
 

@@ -10,7 +10,6 @@
 
 #include "isopach/apps/heights_below.hpp"
 #include "isopach/base/error.hpp"
-#include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/stages.hpp"
@@ -222,24 +221,15 @@ void point_fields(const SurfaceScan& scan, std::span<const double> area, std::sp
   field("waviness", waviness), field("roughness", rough), field("valley", x.valley), field("wrinkle", number);
 }
 
-/// 1.4826 × the median of |value − their median|, of nodes that are evaluated.
-double nmad(std::span<const double> area, std::span<const double> values) {
-  std::vector<double> v;
-  for (std::size_t i = 0; i < values.size(); ++i)
-    if (area[i] > 0) v.push_back(values[i]);
-  const double middle = median(v);
-  for (double& d : v) d = std::fabs(d - middle);
-  return mad_to_sigma * median(v);
-}
-
 /// Where most of the relief is a curved form, the depth that it sets for wrinkles hides them.
 void check_depth(const MatchSurface& s, std::span<const double> area, const Texture& x, const RoughnessOptions& o,
                  const std::string& role, std::vector<std::string>& warnings, const Context& context) {
-  if (o.wrinkles.depth > 0 || o.l_filter > 0) return;
+  const bool removed = o.l_filter > 0 || (o.form == FormKind::polynomial && o.degree > 1);
+  if (o.wrinkles.depth > 0 || removed) return;
   const Form curved = fit_form(s.xy, area, x.valley, 2, context);
   Array<double> left(x.valley.size());
   for_each_index(left.size(), [&](std::size_t i) { left[i] = x.valley[i] - curved.at(s.xy[i]); });
-  if (nmad(area, left) >= nmad(area, x.valley) / 2) return;
+  if (nmad(left, area) >= nmad(x.valley, area) / 2) return;
   warnings.push_back(fmt::format(
       "most of the heights of {} are a curved form, which sets the depth that wrinkles need, {:.3g}: remove it "
       "with --form polynomial or --l-filter, or give --wrinkle-depth",

@@ -21,16 +21,6 @@ constexpr double slender = 3;          // least length ÷ width
 constexpr double stretch = 3;          // spacings a stretch of the line
 constexpr std::size_t least_nodes = 3;
 
-double nmad(std::span<const double> relief, std::span<const double> area) {
-  std::vector<double> values;
-  for (std::size_t i = 0; i < relief.size(); ++i)
-    if (area[i] > 0) values.push_back(relief[i]);
-  if (values.empty()) return 0;
-  const double middle = median(values);
-  for (double& v : values) v = std::fabs(v - middle);
-  return mad_to_sigma * median(values);
-}
-
 class Valleys {
  public:
   Valleys(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z, std::span<const double> relief,
@@ -199,6 +189,16 @@ class Valleys {
 };
 
 }  // namespace
+
+double nmad(std::span<const double> relief, std::span<const double> area) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < relief.size(); ++i)
+    if (area[i] > 0) values.push_back(relief[i]);
+  if (values.empty()) return 0;
+  const double middle = median(values);
+  for (double& v : values) v = std::fabs(v - middle);
+  return mad_to_sigma * median(values);
+}
 
 Wrinkles find_wrinkles(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
                        std::span<const double> relief, std::span<const unsigned char> kept,

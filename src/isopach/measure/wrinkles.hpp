@@ -47,11 +47,14 @@ struct Wrinkles {
   std::size_t at_rim = 0, steep = 0;  ///< long enough for wrinkles, but left out
 };
 
+/// 1.4826 × the median of |relief − its median| at the nodes with a share of the area: the spread without the wrinkles
+/// themselves. 0 without such nodes.
+[[nodiscard]] double nmad(std::span<const double> relief, std::span<const double> area);
+
 /// `relief`: height over the level at each node; `z`: the surface itself, for lengths; `kept`: one flag per real
-/// triangle (empty: all); `area`: each node's share of the kept triangles, 0 for nodes of none. NMAD is 1.4826 × the
-/// median of |relief − its median|: the spread without the wrinkles themselves. The same for any number of threads.
-/// Cost: O(n log n). Errors: UsageError for limits that are negative or not finite. Oracle: grooves of known depth and
-/// length, and the definition by exhaustive search, tests/measure/wrinkles_test.cpp.
+/// triangle (empty: all); `area`: each node's share of the kept triangles, 0 for nodes of none. The same for any number
+/// of threads. Cost: O(n log n). Errors: UsageError for limits that are negative or not finite. Oracle: grooves of
+/// known depth and length, and the definition by exhaustive search, tests/measure/wrinkles_test.cpp.
 [[nodiscard]] Wrinkles find_wrinkles(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
                                      std::span<const double> relief, std::span<const unsigned char> kept,
                                      std::span<const double> area, const WrinkleOptions& options,
