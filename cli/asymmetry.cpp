@@ -162,11 +162,16 @@ int run_asymmetry(const Arguments& arguments) {
   command.option("--max-iterations", "N", options.max_iterations, "Most steps of a search on all points")
       ->check(whole_number(1, 100000))
       ->capture_default_str();
+  command.flag("--accept-doubt", options.accept_doubt,
+               "With --direction or --across: take the plane although both sides of the scan hardly agree about it");
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.across.empty()) options.across = parse_across(request.across);
   parse_regions(request.regions, options);
   if (!request.stable.empty()) options.stable = parse_stable(request.stable);
+  if (options.accept_doubt && !direction && !options.across)
+    throw UsageError(
+        "--accept-doubt: without --direction and --across the plane is that of the face that was found: leave it out");
   if (direction) {
     options.orientation = FaceOrientation::given;
     compare.project.direction = *direction;

@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "isopach/apps/mirror.hpp"
+#include "isopach/apps/symmetry_search.hpp"
 #include "isopach/apps/symmetry_start.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
@@ -26,11 +27,7 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t thin_points = 1000;  // of the scan that starts are tried on
-constexpr int most_rounds = 5;             // of match and turn; two are usual
-constexpr double stands_still = 1e-6;      // of the size of the face: a plane that moves less has been found,
-constexpr double still_enough = 0.1;       // … or one that moves less than this share of its standard deviation
-
-constexpr double disagree_deg = 15;  // of what is given and what is found: more is worth a warning
+constexpr double disagree_deg = 15;        // of what is given and what is found: more is worth a warning
 
 double degrees_between(const Point3& a, const Point3& b) {
   return std::atan2(length(cross(a, b)), dot(a, b)) * 180 / std::numbers::pi;
@@ -241,34 +238,16 @@ Array<Point3> stable_points(const View& view, const AsymmetryOptions& o, const F
   return kept;
 }
 
-/// Matches and turns until the plane stands still.
-Upright refined(const Array<Point3>& points, Upright place, const Point3& towards, Asymmetry& a,
-                const Context& context) {
-  const MatchOptions options = mirror_match_options(a.options, false);
-  const Context silent = without_progress(context);
-  for (int round = 0; round < most_rounds; ++round) {
-    context.step("match", static_cast<double>(round) / most_rounds);
-    const Cloud face = placed(points, place);
-    const Matching m = match(mirrored(face), face, options, silent);
-    const Reflection found = reflection_of(m.pose);
-    const double size = size_of(face);
-    place = place.after(found, towards);
-    a.iterations += m.iterations;
-    a.converged = m.converged;
-    a.reason = m.reason;
-    a.overlap = m.overlap;
-    a.plane.twist = found.twist, a.plane.glide = found.glide;
-    describe_sigma(m, a.plane.sigma_angle, a.plane.sigma_offset);
-    const double moved = size * std::hypot(found.normal.y, found.normal.z) + std::fabs(found.offset);
-    const double sigma = size * a.plane.sigma_angle * std::numbers::pi / 180 + a.plane.sigma_offset;
-    if (moved < std::max(stands_still * size, still_enough * sigma) || !m.converged) break;
-    if (round + 1 == most_rounds && moved > sigma)
-      a.warnings.push_back(
-          fmt::format("the symmetry plane still moved by {:.2g} of the size of the face when the "
-                      "search ended, more than its standard deviation: take it as approximate",
-                      moved / size));
-  }
-  return place;
+/// The plane with what its search says of itself.
+Upright take(FoundPlane&& f, Asymmetry& a) {
+  a.plane = f.plane;
+  a.sides = f.sides;
+  a.iterations = f.iterations;
+  a.converged = f.converged;
+  a.reason = std::move(f.reason);
+  a.overlap = f.overlap;
+  a.warnings.insert(a.warnings.end(), f.warnings.begin(), f.warnings.end());
+  return f.place;
 }
 
 void describe_plane(const View& view, const Upright& place, Asymmetry& a) {
@@ -491,7 +470,10 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
                                     .recentred(view.points.points);
 
   clock.start("match");
-  const Upright place = refined(stable_points(view, in_force, a.pose), start, across, a, context);
+  const Array<Point3> stable = stable_points(view, in_force, a.pose);
+  const Upright place = take(known ? refined_plane(stable, start, across, options, context)
+                                   : agreed_plane(stable, start, across, options, cloud.path, context),
+                             a);
   const Upright upright = place.recentred(view.points.points);
   describe_plane(view, upright, a);
   if (known) believe_larger_sigma(a);

@@ -10,6 +10,7 @@
 #include "isopach/apps/face_regions.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/match/matching.hpp"
+#include "isopach/match/pose_evidence.hpp"
 
 namespace isopach {
 
@@ -36,6 +37,8 @@ struct AsymmetryOptions {
                              ///< looks across (x and y for a face that looks along z)
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
+  bool accept_doubt =
+      false;  ///< direction or across given: the plane is taken although the sides hardly agree about it
 };
 
 /// Input coordinates. The positive side is the one that `normal` points to; `normal` goes along options.across.
@@ -64,6 +67,7 @@ struct Asymmetry {
   double swelling =
       0;  ///< where the face was found: mean d over the fifth of the width that stands out most, in widths
   SymmetryPlane plane;
+  std::optional<PoseEvidence> sides;  ///< how both sides agree about the plane, where no face vouches for it
   Pose to_face;  ///< T_face_input. Face coordinates: x from the plane to the positive side, z along the direction as
                  ///< far as it lies in the plane, y = z × x; the origin is plane.point
   Comparison comparison;  ///< A: the mirror image, B: the face, both in face coordinates: d(−x, y) = −d(x, y)
@@ -83,13 +87,15 @@ struct Asymmetry {
 /// is, of 27 planes about `across` (turned by up to 12 degrees in the picture and 20 in depth, shifted by up to 15 % of
 /// the width, so that a crop that is itself asymmetric does no harm), solved on thinned points for shift and tilts of
 /// the plane, the one about which the largest area is symmetric; a face is then looked for only to name the sides, and
-/// to warn where its pose disagrees by 15 degrees. Then all motions on all points, turned into face coordinates, until
-/// the plane stands still. Fitting leaves out what differs more than noise (see match). Cost: that of some matchings
-/// and a comparison with noise floor. A function of the set of points, the same bits for any number of threads. Errors:
-/// UsageError for options, OverlapError where no part of the scan lies over its mirror image or no face is found,
-/// InputError as `project`, for polygons as stages::read_regions and where none of them holds a part of the face, and
-/// where heights have another unit than x and y. Test: tests/apps/asymmetry_test.cpp,
-/// tests/apps/asymmetry_pose_test.cpp.
+/// to warn where its pose disagrees by 15 degrees. The plane that is found must be one that both sides agree about
+/// (symmetry_check.hpp); else one is looked for among all motions in space, and where that does no better: exit 5,
+/// unless options.accept_doubt. Its σ is at least that of a jackknife over parts of the face. Then all motions on all
+/// points, turned into face coordinates, until the plane stands still. Fitting leaves out what differs more than noise
+/// (see match). Cost: that of some matchings and a comparison with noise floor. A function of the set of points, the
+/// same bits for any number of threads. Errors: UsageError for options, OverlapError where no part of the scan lies
+/// over its mirror image or no face is found, InputError as `project`, for polygons as stages::read_regions and where
+/// none of them holds a part of the face, and where heights have another unit than x and y. Test:
+/// tests/apps/asymmetry_test.cpp, tests/apps/asymmetry_pose_test.cpp.
 [[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
 
 }  // namespace isopach

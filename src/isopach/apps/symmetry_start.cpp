@@ -22,6 +22,7 @@ CompareOptions upright_options(const CompareOptions& given) {
 MatchOptions mirror_match_options(const AsymmetryOptions& o, bool plane_only) {
   MatchOptions m;
   m.check_pose = false;  // of a face on its mirror image: other places of the face are no answer
+  m.judge = false;
   m.compare = upright_options(o.compare);
   m.compare.check_layers = false;
   m.overlap = o.overlap;
@@ -38,9 +39,6 @@ Context without_progress(const Context& context) {
 
 namespace {
 
-// Cosine: a plane whose normal is farther from the direction across is another one. Those that are left stand steeper
-// than Upright::after asks for.
-constexpr double least_across = 0.61;
 constexpr double far_more_symmetric = 0.5;  // of the spread: less
 constexpr double least_coverage = 0.3;      // of both areas: a start with less says nothing of symmetry
 

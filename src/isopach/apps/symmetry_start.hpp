@@ -8,6 +8,10 @@
 
 namespace isopach {
 
+/// Cosine: a plane whose normal is farther (52 degrees) from the direction across is another one. Those that are left
+/// stand steeper than Upright::after asks for.
+inline constexpr double least_across = 0.61;
+
 /// Options of a comparison of two clouds that are in face coordinates already.
 [[nodiscard]] CompareOptions upright_options(const CompareOptions& given);
 

@@ -116,6 +116,7 @@ Json parameters_json(const Asymmetry& a) {
           {"rim", real(o.rim)},
           {"depth", o.depth > 0 ? real(o.depth) : Json(nullptr)},
           {"visible", o.visible},
+          {"accept_doubt", o.accept_doubt},
           {"regions", o.polygons.empty() ? std::string(to_text(o.parts)) : o.polygons},
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
@@ -138,6 +139,8 @@ Json plane_json(const Asymmetry& a) {
           {"sigma_offset", real(p.sigma_offset)},
           {"twist_deg", real(p.twist)},
           {"glide", real(p.glide)},
+          {"agree", a.sides ? real(a.sides->agree) : Json(nullptr)},
+          {"shape", a.sides ? real(a.sides->shape) : Json(nullptr)},
           {"positive_side", positive_axis(a)}};
 }
 
@@ -278,7 +281,7 @@ class Page : public HtmlPage {
       row(name, brief_sign(std::string("plane.normal.") + k, 6), "",
           *k == '0' ? "unit vector to the " + plus_ + ", input coordinates" : std::string());
     row("offset", brief_sign("plane.offset", 7), unit_, "normal · p for every point p of the plane");
-    row("its direction", brief("plane.sigma_angle_deg", 2), "°", "one standard deviation, from the residuals");
+    row("its direction", brief("plane.sigma_angle_deg", 2), "°", "one standard deviation");
     row("its place", brief("plane.sigma_offset", 2), unit_, "likewise, at the middle of the face");
     row("twist", brief("plane.twist_deg", 2), "°",
         "turn about the normal that would fit better than a pure reflection: near 0 for a face");
@@ -363,6 +366,11 @@ std::string asymmetry_text(const Asymmetry& a) {
   line(out, "",
        fmt::format("known to {} degrees and {} {} (one standard deviation)", number(p.sigma_angle, plain, 2),
                    number(p.sigma_offset, plain, 2), unit));
+  if (a.sides)
+    line(out, "",
+         fmt::format("about it {} % of what both sides show agrees within noise, and their shapes agree by {}",
+                     fixed_number(100 * std::clamp(a.sides->agree, 0.0, 1.0), 0, plain),
+                     fixed_number(std::clamp(a.sides->shape, 0.0, 1.0), 2, plain)));
   line(out, "compared",
        fmt::format("{} % of the area of face and mirror image; the plane was fitted to {} % of that",
                    fixed_number(100 * a.comparison.coverage, 1, plain), fixed_number(100 * a.overlap, 1, plain)));
