@@ -89,13 +89,13 @@ struct Asymmetry {
 /// the plane, the one about which the largest area is symmetric; a face is then looked for only to name the sides, and
 /// to warn where its pose disagrees by 15 degrees. The plane that is found must be one that both sides agree about
 /// (symmetry_check.hpp); else one is looked for among all motions in space, and where that does no better: exit 5,
-/// unless options.accept_doubt. Its σ is at least that of a jackknife over parts of the face. Then all motions on all
-/// points, turned into face coordinates, until the plane stands still. Fitting leaves out what differs more than noise
-/// (see match). Cost: that of some matchings and a comparison with noise floor. A function of the set of points, the
-/// same bits for any number of threads. Errors: UsageError for options, OverlapError where no part of the scan lies
-/// over its mirror image or no face is found, InputError as `project`, for polygons as stages::read_regions and where
-/// none of them holds a part of the face, and where heights have another unit than x and y. Test:
-/// tests/apps/asymmetry_test.cpp, tests/apps/asymmetry_pose_test.cpp.
+/// unless options.accept_doubt. Its σ is that of a jackknife over parts of the face where this is clearly larger. Then
+/// all motions on all points, turned into face coordinates, until the plane stands still. Fitting leaves out what
+/// differs more than noise (see match). Cost: that of some matchings and a comparison with noise floor. A function of
+/// the set of points, the same bits for any number of threads. Errors: UsageError for options, OverlapError where no
+/// part of the scan lies over its mirror image or no face is found, InputError as `project`, for polygons as
+/// stages::read_regions and where none of them holds a part of the face, and where heights have another unit than x and
+/// y. Test: tests/apps/asymmetry_test.cpp, tests/apps/asymmetry_pose_test.cpp.
 [[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
 
 }  // namespace isopach
