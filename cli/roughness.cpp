@@ -209,7 +209,7 @@ int run_roughness(const Arguments& arguments) {
   if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(o.compare.project);
-  wanted.faces = request.visible;
+  wanted.faces = request.visible || request.options.match;  // a nominal mesh is told by its faces
   Cloud scan = read_cloud(request.scan, wanted, run.context());
   Cloud after, reference;
   if (!request.after.empty()) after = read_cloud(request.after, wanted, run.context());
