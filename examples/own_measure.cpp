@@ -3,7 +3,7 @@
 #include <iostream>
 
 #include "isopach/compare/compare.hpp"
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/simulate/scene.hpp"
 
 /// ∫ max(d − level, 0) over the domain.

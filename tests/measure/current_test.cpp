@@ -53,12 +53,12 @@ TEST(SurfaceCurrent, OfAPlaneIsItsAreaAlongItsNormal) {
   EXPECT_NEAR(z, 100, 1e-10);
 }
 
-Clip clip_to(const Rings& rings, std::size_t cells) {
+Domain clip_to(const Rings& rings, std::size_t cells) {
   Region region{edges_of(rings), {}};
   region.parts = trapezoids(region.edges).value();
-  Clip clip;
-  clip.keep(Regions({region}, cells));
-  return clip;
+  Domain domain;
+  domain.keep(Regions({region}, cells));
+  return domain;
 }
 
 TEST(SurfaceCurrent, OfATriangleThatIsCutThePartInsideCounts) {
@@ -66,13 +66,13 @@ TEST(SurfaceCurrent, OfATriangleThatIsCutThePartInsideCounts) {
   const Rings rings{star(RandomStream(5, 0), 0, {5, 5}, 4, 30), star(RandomStream(5, 1), 0, {5, 5}, 1, 9)};
   ASSERT_TRUE(is_valid(rings));
   const OGRPolygon polygon = to_ogr(rings);
-  const Clip clip = clip_to(rings, m.t.real);
+  const Domain domain = clip_to(rings, m.t.real);
   const SurfaceCurrent whole = surface_current(m.t, m.xy, m.z, {});
   std::size_t cut = 0, count = 0;
   for (Index i = 0; i < m.t.real; ++i) {  // one by one, by another library
     Array<unsigned char> kept(m.t.real, 0);
     kept[i] = 1;
-    const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, kept, &clip);
+    const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, kept, domain);
     count += s.centroids.size();
     const auto& v = m.t.triangles[i].v;
     const Geometry shared(triangle(m.xy[v[0]], m.xy[v[1]], m.xy[v[2]])->Intersection(&polygon));
@@ -96,18 +96,18 @@ TEST(SurfaceCurrent, OfATriangleThatIsCutThePartInsideCounts) {
   }
   EXPECT_GT(cut, 50U);
   EXPECT_GT(count - cut, 50U);
-  EXPECT_EQ(surface_current(m.t, m.xy, m.z, {}, &clip).centroids.size(), count);
+  EXPECT_EQ(surface_current(m.t, m.xy, m.z, {}, domain).centroids.size(), count);
 }
 
-TEST(SurfaceCurrent, AClipThatHoldsAllChangesNothing) {
+TEST(SurfaceCurrent, ADomainThatHoldsAllChangesNothing) {
   const Mesh m = plane(1, 1);
-  const Clip clip = clip_to({{{-1, -1}, {11, -1}, {11, 11}, {-1, 11}}}, m.t.real);
-  const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, {}, &clip), whole = surface_current(m.t, m.xy, m.z, {});
+  const Domain domain = clip_to({{{-1, -1}, {11, -1}, {11, 11}, {-1, 11}}}, m.t.real);
+  const SurfaceCurrent s = surface_current(m.t, m.xy, m.z, {}, domain), whole = surface_current(m.t, m.xy, m.z, {});
   ASSERT_EQ(s.centroids.size(), whole.centroids.size());
   EXPECT_EQ(s.mean_edge, whole.mean_edge);
   for (std::size_t i = 0; i < s.centroids.size(); ++i) EXPECT_EQ(s.normals[i].z, whole.normals[i].z);
-  const Clip nothing = clip_to({{{20, 20}, {30, 20}, {30, 30}}}, m.t.real);
-  EXPECT_TRUE(surface_current(m.t, m.xy, m.z, {}, &nothing).centroids.empty());
+  const Domain nothing = clip_to({{{20, 20}, {30, 20}, {30, 30}}}, m.t.real);
+  EXPECT_TRUE(surface_current(m.t, m.xy, m.z, {}, nothing).centroids.empty());
 }
 
 TEST(SurfaceCurrent, HoldsTheTrianglesKeptAndTheirMeanEdge) {

@@ -8,6 +8,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/delaunay/triangulate.hpp"
+#include "isopach/measure/domain.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"
 #include "isopach/simulate/scene.hpp"
@@ -100,7 +101,7 @@ Brute brute_detail(const OverlayMesh& coarse, const OverlayMesh& fine, bool extr
 }
 
 void expect_as_defined(const Pair& p, bool extrapolate) {
-  const auto found = detail_measure(p.a.view(), p.b.view(), extrapolate, nullptr, {});
+  const auto found = detail_measure(p.a.view(), p.b.view(), extrapolate, Domain::everything(), {});
   const auto mean_area = [](const OverlayMesh& m) {
     long double sum = 0;
     for (Index t = 0; t < m.t.real; ++t) sum += kept(m, t) ? area(corners(m, t)) : 0;
@@ -157,13 +158,13 @@ TEST(Detail, HasNoValueWhereNothingIsShared) {
   Points far;
   for (const Point2& p : uniform(30, 2)) far.push_back({p.x + 5, p.y});
   const Pair p(uniform(20, 1), far, 3, 0);
-  EXPECT_FALSE(detail_measure(p.a.view(), p.b.view(), false, nullptr, {}));
+  EXPECT_FALSE(detail_measure(p.a.view(), p.b.view(), false, Domain::everything(), {}));
 }
 
 TEST(Detail, DoesNotDependOnRolesOrThreads) {
   const Pair p(uniform(3000, 1), uniform(20000, 2), 3, 0.1);
-  const auto once = detail_measure(p.a.view(), p.b.view(), false, nullptr, {});
-  const auto swapped = detail_measure(p.b.view(), p.a.view(), false, nullptr, {});
+  const auto once = detail_measure(p.a.view(), p.b.view(), false, Domain::everything(), {});
+  const auto swapped = detail_measure(p.b.view(), p.a.view(), false, Domain::everything(), {});
   ASSERT_TRUE(once && swapped);
   EXPECT_FALSE(once->coarser_is_b);
   EXPECT_TRUE(swapped->coarser_is_b);
@@ -172,7 +173,7 @@ TEST(Detail, DoesNotDependOnRolesOrThreads) {
   EXPECT_EQ(once->area, swapped->area);
   for (const int threads : {1, 3, 8})
     run_with_threads(threads, [&] {
-      const auto again = detail_measure(p.a.view(), p.b.view(), false, nullptr, {});
+      const auto again = detail_measure(p.a.view(), p.b.view(), false, Domain::everything(), {});
       EXPECT_EQ(again->rho, once->rho);
       EXPECT_EQ(again->mean, once->mean);
     });

@@ -7,10 +7,10 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/measure/budget.hpp"
-#include "isopach/measure/clip.hpp"
 #include "isopach/measure/detail.hpp"
 #include "isopach/measure/detection.hpp"
 #include "isopach/measure/distribution.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/measure/weight.hpp"
 #include "tests/io/files.hpp"
 #include "tests/overlay/couple.hpp"
@@ -130,7 +130,7 @@ TEST(DetectOverOverlay, EqualsClippingAllPairs) {
   }
 }
 
-/// As in clip_test.cpp.
+/// As in source_test.cpp.
 Region region_of(const Rings& rings) {
   auto parts = trapezoids(edges_of(rings));
   EXPECT_TRUE(parts);
@@ -140,12 +140,13 @@ Region region_of(const Rings& rings) {
 TEST(DetectOverOverlay, OfARegionAndOfTheRestAddUp) {
   const Levelled l(uniform(120, 61), uniform(90, 62), 63, 0, 0.8);
   const Rings region{{{0.21, 0.13}, {0.83, 0.31}, {0.57, 0.88}, {0.4, 0.45}}};
-  Clip in, out;
+  Domain in, out;
   in.keep(Regions({region_of(region)}, 200));
   out.take_away(Regions({region_of(region)}, 200));
   const std::vector<Overlay> of{l.sigma.overlay()};
-  const auto detected = [&](const Clip* clip) { return detect(l.d.overlay(), OverlayLevel{of, 0, 1, clip}, {}); };
-  const Detected whole = detected(nullptr), inside = detected(&in), outside = detected(&out);
+  const Overlay cells = l.d.overlay();
+  const auto detected = [&](const Domain& domain) { return detect({cells, domain}, OverlayLevel{of, 0, 1}, {}); };
+  const Detected whole = detected(Domain::everything()), inside = detected(in), outside = detected(out);
   EXPECT_GT(inside.area, 0.05);
   EXPECT_GT(outside.area, 0.05);
   EXPECT_NEAR(inside.area + outside.area, whole.area, 1e-12);

@@ -6,13 +6,13 @@
 #include <cmath>
 
 #include "isopach/apps/along_normal.hpp"
-#include "isopach/apps/pieces.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/match/surface.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 namespace {
@@ -100,15 +100,15 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
 double area_within(const CellView& cells, double limit, const Context& context) {
   context.check();
   return reduce_blocks<Sum>(
-             cells.t.real, default_block,
+             items_of(cells), default_block,
              [&](std::size_t begin, std::size_t end) {
                Sum area;
-               for (std::size_t i = begin; i < end; ++i) {
-                 if (cells.in_domain[i] == 0) continue;
-                 const Piece low = cut(piece_of(cells, i), [&](const PieceCorner& p) { return p.d + limit; });
-                 const Piece piece = cut(low, [&](const PieceCorner& p) { return limit - p.d; });
-                 for_triangles(piece, [&](const Cell& cell) { area.add(cell.area); });
-               }
+               for_convex(cells, begin, end, [&](const ConvexCell& whole) {
+                 const ConvexCell low = cut(whole, [&](const Corner& p) { return p.d() + limit; });
+                 const ConvexCell piece = cut(low, [&](const Corner& p) { return limit - p.d(); });
+                 for_triangles(piece,
+                               [&](double part, const Corner&, const Corner&, const Corner&) { area.add(part); });
+               });
                return area;
              },
              [](Sum& total, const Sum& part) { total.add(part); })

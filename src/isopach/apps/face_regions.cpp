@@ -4,9 +4,9 @@
 #include <cmath>
 #include <limits>
 
-#include "isopach/apps/pieces.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 namespace {
@@ -18,12 +18,10 @@ struct Strip {
 
 Box2 box_of(const CellView& cells) {
   return reduce_blocks<Box2>(
-      cells.t.real, default_block,
+      items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
         Box2 box;
-        for (std::size_t i = begin; i < end; ++i)
-          if (cells.in_domain[i] != 0)
-            for (const Index v : cells.t.triangles[i].v) box.add(cells.xy[v]);
+        for_convex(cells, begin, end, [&](const ConvexCell& cell) { box.add(cell.box()); });
         return box;
       },
       [](Box2& left, const Box2& right) { left.add(right); });
@@ -49,8 +47,10 @@ struct Sums {
   Sum area, above, below, squares;
   double largest = 0;
 
-  void add(const Piece& piece) {
-    for_triangles(piece, [&](const Cell& cell) { add(cell); });
+  void add(const ConvexCell& piece) {
+    for_triangles(piece, [&](double part, const Corner& p, const Corner& q, const Corner& r) {
+      add(Cell{part, {p.d(), q.d(), r.d()}});
+    });
   }
   void add(const Cell& cell) {
     const Parts parts = split_volume(cell);
@@ -90,22 +90,21 @@ ConvexCell seen_at(const ConvexCell& part, const Triple& x, const Triple& y) {
 /// A cell on its way through the polygons.
 class MirrorCell {
  public:
-  MirrorCell(const CellView& cells, const FacePolygons& polygons, std::size_t triangle) {
+  MirrorCell(const CommonCell& of, const FacePolygons& polygons) {
     std::array<Point2, 3> here, there;
     std::array<double, 3> across, d;
     for (std::size_t k = 0; k < 3; ++k) {
-      const Index v = cells.t.triangles[triangle].v[k];
-      const Point2& p = cells.xy[v];
+      const Corner p = of.corner(k);
       across[k] = p.x + polygons.origin.x;
-      here[k] = polygons.seen({p.x, p.y, cells.z2[v]});
-      there[k] = polygons.seen({-across[k] - polygons.origin.x, p.y, cells.z1[v]});
-      d[k] = cells.d(v);
+      here[k] = polygons.seen({p.x, p.y, p.z2});
+      there[k] = polygons.seen({-across[k] - polygons.origin.x, p.y, p.z1});
+      d[k] = p.d();
     }
     const auto triple = [](const std::array<double, 3>& of) { return Triple{of[0], of[1], of[2]}; };
     d_ = triple(d);
     here_x_ = {here[0].x, here[1].x, here[2].x}, here_y_ = {here[0].y, here[1].y, here[2].y};
     there_x_ = {there[0].x, there[1].x, there[2].x}, there_y_ = {there[0].y, there[1].y, there[2].y};
-    area_ = cell_at(cells, triangle).area;
+    area_ = of.cell().area;
     cut_side(triple(across));
   }
 
@@ -178,20 +177,19 @@ std::vector<SideDifference> face_regions(const CellView& cells, FaceParts parts,
   const std::vector<Strip> strips = strips_of(cells, parts);
   using All = std::vector<Sums>;
   const All sums = reduce_blocks<All>(
-      cells.t.real, default_block,
+      items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
         All part(strips.size());
-        for (std::size_t i = begin; i < end; ++i) {
-          if (cells.in_domain[i] == 0) continue;
-          const Piece side = cut(piece_of(cells, i), [](const PieceCorner& p) { return p.x; });
-          if (side.corners == 0) continue;
+        for_convex(cells, begin, end, [&](const ConvexCell& cell) {
+          const ConvexCell side = cut(cell, [](const Corner& p) { return p.x; });
+          if (side.corners == 0) return;
           part[0].add(side);
           for (std::size_t k = 1; k < strips.size(); ++k) {
             const Strip& s = strips[k];
-            part[k].add(cut(cut(side, [&](const PieceCorner& p) { return p.y - s.low; }),
-                            [&](const PieceCorner& p) { return s.high - p.y; }));
+            part[k].add(cut(cut(side, [&](const Corner& p) { return p.y - s.low; }),
+                            [&](const Corner& p) { return s.high - p.y; }));
           }
-        }
+        });
         return part;
       },
       [&](All& total, const All& part) {
@@ -215,19 +213,18 @@ std::vector<SideDifference> face_regions(const CellView& cells, const FacePolygo
   using All = std::vector<Sums>;
   const std::size_t rows = polygons.regions.size() + 1;
   const All sums = reduce_blocks<All>(
-      cells.t.real, default_block,
+      items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
         All part(rows);
         Regions::Scratch scratch;
         std::vector<ConvexCell> inside, outside;
-        for (std::size_t i = begin; i < end; ++i) {
-          if (cells.in_domain[i] == 0) continue;
-          const MirrorCell cell(cells, polygons, i);
-          if (cell.positive_side().corners == 0) continue;
+        for_common(cells, begin, end, [&](const CommonCell& of, std::size_t) {
+          const MirrorCell cell(of, polygons);
+          if (cell.positive_side().corners == 0) return;
           cell.add(cell.positive_side(), part[0]);
           for (std::size_t k = 1; k < rows; ++k)
             cell.add_within(polygons.regions[k - 1], scratch, inside, outside, part[k]);
-        }
+        });
         return part;
       },
       [&](All& total, const All& part) {

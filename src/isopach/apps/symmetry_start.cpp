@@ -70,11 +70,9 @@ Trial tried(const Array<Point3>& thin, const Upright& start, const Point3& towar
   const Cloud after = placed(thin, trial.place);
   const Comparison c = compare(mirrored(after), after, options.compare, context);
   const CellView cells = c.cells.view();
-  for (std::size_t i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    const Cell cell = cell_at(cells, i);
+  for_cells(cells, 0, items_of(cells), [&](const Cell& cell) {
     trial.cells.push_back({cell.area, std::max({std::fabs(cell.d[0]), std::fabs(cell.d[1]), std::fabs(cell.d[2])})});
-  }
+  });
   trial.spread = c.measures.difference.nmad;
   trial.coverage = c.coverage;
   return trial;

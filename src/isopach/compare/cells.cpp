@@ -88,14 +88,14 @@ struct LeftOut {
 };
 
 /// Sets in_domain and scanned of the cells [begin, end).
-LeftOut judge_cells(Cells& cells, const Common& common, const CellRules& rules, bool folds_left_out, const Clip* clip,
-                    std::size_t begin, std::size_t end) {
+LeftOut judge_cells(Cells& cells, const Common& common, const CellRules& rules, bool folds_left_out,
+                    const Domain& domain, std::size_t begin, std::size_t end) {
   LeftOut part;
-  Clip::Scratch scratch;
+  Domain::Scratch scratch;
   const CellView view = cells.view();
-  const auto for_inside = [&](std::size_t i, auto&& f) {  // the cell, or what of it lies inside the clip
-    if (clip == nullptr) return f(cell_at(view, i));
-    clip->for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
+  const auto for_inside = [&](std::size_t i, auto&& f) {  // the cell, or what of it lies in the domain
+    if (domain.is_everything()) return f(cell_at(view, i));
+    domain.for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
       for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
         f(Cell{area, {p.d(), q.d(), r.d()}});
       });
@@ -117,7 +117,7 @@ LeftOut judge_cells(Cells& cells, const Common& common, const CellRules& rules, 
 
 }  // namespace
 
-Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Clip* clip, Comparison& c) {
+Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain, Comparison& c) {
   Cells cells;
   const UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
@@ -137,7 +137,7 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   const LeftOut found = reduce_blocks<LeftOut>(
       cells.triangulation.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        return judge_cells(cells, common, rules, borders.left_out, clip, begin, end);
+        return judge_cells(cells, common, rules, borders.left_out, domain, begin, end);
       },
       [](LeftOut& total, const LeftOut& part) { total.add(part); });
   c.common = cells.triangulation.real;

@@ -30,17 +30,17 @@ OverOverlay measure_overlay(const Pair& pair, const stages::AreaOfInterest& area
                             const stages::Weighting& weighting, Comparison& c, const Context& context) {
   OverOverlay found;
   const Overlay overlay(pair.mesh(0), pair.mesh(1), context);
-  stages::measure_overlay(overlay, area, c, context);
-  found.noise = noise.over(overlay, pair, area.clip(), c);
-  if (c.options.surface == Surface::overlay && weighting.asked())
-    found.weighted = weighting.over(overlay, pair, area.clip());
+  const OverlayCells cells(overlay, area.domain());
+  stages::measure_overlay(cells, area, c, context);
+  found.noise = noise.over(cells, pair, c);
+  if (c.options.surface == Surface::overlay && weighting.asked()) found.weighted = weighting.over(cells, pair);
   return found;
 }
 
 /// Measures over T, or what is known of it where they are over the overlay.
 void measure_common(const stages::AreaOfInterest& area, const stages::Borders& borders,
                     const stages::SmoothSurfaces& smooth, Comparison& c, const Context& context) {
-  area.clip_cells(c, context);
+  area.cut_cells(c, context);
   const CellView cells = c.cells.view();
   if (c.options.surface != Surface::overlay) {
     c.measures = measure(cells, context, c.options.percentiles);
@@ -82,7 +82,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
 
   clock.start("border");  // what of its hull each scan supports
   stages::describe_meshes(pair, c);
-  const stages::Borders borders = stages::find_borders(pair, spreads, area.clip(), c, context);
+  const stages::Borders borders = stages::find_borders(pair, spreads, area.domain(), c, context);
   if (scans != nullptr) *scans = stages::as_sampled(pair);
   const stages::Noise noise(std::move(sigmas), pair, options, context);
   const stages::Weighting weighting(std::move(weight), pair, options, context);
@@ -90,10 +90,10 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   noise.level_points(pair, c.fields_a, c.fields_b);
 
   clock.start("detail");  // ρ_dV: T1, T2 and their locations are enough
-  stages::measure_detail(pair, area.clip(), c, context);
+  stages::measure_detail(pair, area.domain(), c, context);
   if (options.measure == MeasureKind::currents) {  // equations (4) and (5), of T1 and T2
     clock.start("currents");
-    stages::measure_currents(pair, area.clip(), c, context);
+    stages::measure_currents(pair, area.domain(), c, context);
   }
   OverOverlay over_overlay;
   if (options.surface != Surface::common) {  // 6. for the exact overlay, while T1 and T2 are there
@@ -110,7 +110,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   common = stages::unite_meshes(pair, std::move(common), options.locate, smooth[0].has_value(), context);
   const Array<double> weight_at_nodes = weighting.at(common.nodes);
   const NullDifference unchanged_at_nodes = stages::unite_unchanged(std::move(unchanged), common.nodes, c);
-  c.cells = stages::make_cells(common, pair, borders, area.clip(), c);
+  c.cells = stages::make_cells(common, pair, borders, area.domain(), c);
   if (!noise.asked()) common.nodes = {};
 
   clock.start("measure");  // 6. equation (7), cell by cell

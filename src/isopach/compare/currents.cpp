@@ -35,15 +35,14 @@ Region footprint_of(const OverlayMesh& m) {
   return region;
 }
 
-/// The kept triangles of a scan, cut to the clip and, unless over the hull, to the footprint of the other scan.
-SurfaceCurrent current_in_domain(const OverlayMesh& m, const OverlayMesh& other, bool over_hull, const Clip* clip) {
-  if (over_hull) return surface_current(m.t, m.xy, m.z, m.kept, clip);
+/// The kept triangles of a scan, cut to the domain and, unless over the hull, to the footprint of the other scan.
+SurfaceCurrent current_in_domain(const OverlayMesh& m, const OverlayMesh& other, bool over_hull, const Domain& domain) {
+  if (over_hull) return surface_current(m.t, m.xy, m.z, m.kept, domain);
   std::vector<Region> footprint;
   footprint.push_back(footprint_of(other));
-  Clip shared;
-  if (clip != nullptr) shared = *clip;
+  Domain shared = domain;
   shared.keep(Regions(std::move(footprint), m.t.real));
-  return surface_current(m.t, m.xy, m.z, m.kept, &shared);
+  return surface_current(m.t, m.xy, m.z, m.kept, shared);
 }
 
 }  // namespace
@@ -75,19 +74,19 @@ void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
         c.unit, heights));
 }
 
-void measure_currents(const Pair& pair, const Clip* clip, Comparison& c, const Context& context) {
+void measure_currents(const Pair& pair, const Domain& domain, Comparison& c, const Context& context) {
   if (!asked(c.options)) return;
   const OverlayMesh m1 = pair.mesh(0), m2 = pair.mesh(1);
   const bool over_hull = c.options.domain == DomainKind::hull;
   SurfaceCurrent a, b;
-  both([&] { a = current_in_domain(m1, m2, over_hull, clip); },
-       [&] { b = current_in_domain(m2, m1, over_hull, clip); });
+  both([&] { a = current_in_domain(m1, m2, over_hull, domain); },
+       [&] { b = current_in_domain(m2, m1, over_hull, domain); });
   for (const auto& [current, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}})
     if (current->centroids.empty())
       throw OverlapError(fmt::format(
           "--measure currents: no triangle of {} lies over the other scan{}: take scans that share more area, or "
           "--domain hull",
-          role, clip != nullptr ? " and inside the polygons or the mask" : ""));
+          role, !domain.is_everything() ? " and inside the polygons or the mask" : ""));
   CurrentsOptions options = c.options.currents;
   if (options.sigma == 0) options.sigma = default_sigma(a, b);
   c.currents =

@@ -12,7 +12,7 @@ void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c);
 
 /// c.currents, if options.measure asks for them; sets the sigma that was used in c.currents alone. Over the overlap the
 /// kept triangles of each scan are cut to the footprint of the other. Throws OverlapError where none of a scan lies
-/// over the other. `clip`: null, or what is measured. Test: Currents.TrianglesAtTheRimOfTheOtherScanAreCut.
-void measure_currents(const Pair& pair, const Clip* clip, Comparison& c, const Context& context);
+/// over the other. Test: Currents.TrianglesAtTheRimOfTheOtherScanAreCut.
+void measure_currents(const Pair& pair, const Domain& domain, Comparison& c, const Context& context);
 
 }  // namespace isopach::stages

@@ -35,12 +35,12 @@ struct AtNode {
 /// Of every step-th node. By the order of the nodes, which is the same however T was made.
 std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
   std::vector<AtNode> nodes((cells.xy.size() + step - 1) / step);
-  for (std::size_t t = 0; t < cells.t.real; ++t) {
-    const auto& v = cells.t.triangles[t].v;
-    if (cells.in_domain[t] == 0 || (v[0] % step != 0 && v[1] % step != 0 && v[2] % step != 0)) continue;
+  for_common(cells, [&](const CommonCell& c) {
+    const auto& v = cells.t.triangles[c.triangle].v;
+    if (c.piece != nullptr || (v[0] % step != 0 && v[1] % step != 0 && v[2] % step != 0)) return;
     const Point2 &p = cells.xy[v[0]], &q = cells.xy[v[1]], &r = cells.xy[v[2]];
     const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
-    if (!(twice > 0)) continue;
+    if (!(twice > 0)) return;
     const double u = cells.z1[v[1]] - cells.z1[v[0]], w = cells.z1[v[2]] - cells.z1[v[0]];
     for (const Index node : v) {  // slope · area, so that no sliver counts for more than it is
       if (node % step != 0) continue;
@@ -49,7 +49,7 @@ std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
       at.slope_x += (u * by - w * ay) / 6;
       at.slope_y += (ax * w - bx * u) / 6;
     }
-  }
+  });
   return nodes;
 }
 

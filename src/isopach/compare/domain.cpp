@@ -204,14 +204,14 @@ AreaOfInterest::AreaOfInterest(Comparison& c, const Context& context) {
   std::vector<Region> rows_alone = reader.read("--budget", options.area.budget, &rows_);
   if (!rows_.empty()) polygons_ = reader.index(joined(include, std::move(rows_alone)));
   for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i].polygon_area = polygons_.area(i);
-  if (!include.empty()) clip_.keep(reader.index(std::move(include)));
+  if (!include.empty()) domain_.keep(reader.index(std::move(include)));
   if (!options.area.mask.empty()) {
     std::vector<Region> mask;
     mask.push_back(reader.read_mask(options.area.mask));
-    clip_.keep(reader.index(std::move(mask)));
+    domain_.keep(reader.index(std::move(mask)));
   }
   std::vector<Region> exclude = reader.read("--exclude", options.area.exclude, nullptr);
-  if (!exclude.empty()) clip_.take_away(reader.index(std::move(exclude)));
+  if (!exclude.empty()) domain_.take_away(reader.index(std::move(exclude)));
 }
 
 void AreaOfInterest::fill(const std::vector<RegionSums>& sums, Comparison& c) const {
@@ -226,28 +226,28 @@ void AreaOfInterest::fill(const std::vector<RegionSums>& sums, Comparison& c) co
   warn_of_empty_rows(c);
 }
 
-void AreaOfInterest::fill_budget(const Overlay& overlay, Comparison& c, const Context& context) const {
-  if (wants_budget()) fill(budget(ClippedOverlay{overlay, clip_}, polygons_, context), c);
+void AreaOfInterest::fill_budget(const OverlayCells& cells, Comparison& c, const Context& context) const {
+  if (wants_budget()) fill(budget(cells, polygons_, context), c);
 }
 
 void AreaOfInterest::fill_budget(Comparison& c, const Context& context) const {
   if (wants_budget()) fill(budget(c.cells.view(), polygons_, context), c);
 }
 
-void AreaOfInterest::clip_cells(Comparison& c, const Context& context) const {
-  if (clip() == nullptr) return;
+void AreaOfInterest::cut_cells(Comparison& c, const Context& context) const {
+  if (domain_.is_everything()) return;
   Array<unsigned char>& flags = c.cells.in_domain;
   const auto any = [&] { return std::find(flags.begin(), flags.end(), 1) != flags.end(); };
   const bool were_any = any();
   c.cells.unclipped.assign(flags.begin(), flags.end());
-  c.cells.pieces = isopach::clip_cells(c.cells.view(), flags, clip_, context);
+  c.cells.pieces = isopach::cut_cells(c.cells.view(), flags, domain_, context);
   if (were_any && c.cells.pieces.empty() && !any())
     throw OverlapError(
         "the area that the scans share and the polygons and mask leave nothing in common: check the coordinates of "
         "--include, --exclude and --mask");
 }
 
-void clip_borders(const Pair& pair, const Clip& clip, Borders& borders, Comparison& c, const Context& context) {
+void cut_borders(const Pair& pair, const Domain& domain, Borders& borders, Comparison& c, const Context& context) {
   const Scan &a = pair.scan[0], &b = pair.scan[1];
   Region hull;
   const Array<Index> nodes = hull_nodes(b.t, b.field.xy);
@@ -260,8 +260,8 @@ void clip_borders(const Pair& pair, const Clip& clip, Borders& borders, Comparis
   std::vector<Region> hulls;
   hulls.push_back(std::move(hull));
   const Regions within(std::move(hulls), a.t.real);
-  const ClippedAreas of_1 = clipped_areas(a.t, a.field.xy, with_folds(a.kept, a.folded), clip, &within, context);
-  const ClippedAreas of_2 = clipped_areas(b.t, b.field.xy, with_folds(b.kept, b.folded), clip, nullptr, context);
+  const AreasInside of_1 = areas_inside(domain, a.t, a.field.xy, with_folds(a.kept, a.folded), &within, context);
+  const AreasInside of_2 = areas_inside(domain, b.t, b.field.xy, with_folds(b.kept, b.folded), nullptr, context);
   c.area_union = of_1.all + of_2.all - of_1.within;
   borders.kept_area = of_1.flagged + of_2.flagged;
   borders.removed_area = std::max(0.0, of_1.all + of_2.all - borders.kept_area);

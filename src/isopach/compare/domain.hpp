@@ -7,7 +7,7 @@
 #include "isopach/compare/comparison.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/measure/budget.hpp"
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach::stages {
 
@@ -32,27 +32,26 @@ class AreaOfInterest {
   /// What c.options name, for the inputs that c describes. Errors as of read_regions.
   AreaOfInterest(Comparison& c, const Context& context);
 
-  /// The clip, or nothing if the domain is not restricted.
-  [[nodiscard]] const Clip* clip() const { return clip_.is_everything() ? nullptr : &clip_; }
+  [[nodiscard]] const Domain& domain() const { return domain_; }
   [[nodiscard]] bool wants_budget() const { return !rows_.empty(); }
 
   /// Fills c.budget over the exact overlay.
-  void fill_budget(const Overlay& overlay, Comparison& c, const Context& context) const;
+  void fill_budget(const OverlayCells& cells, Comparison& c, const Context& context) const;
 
   /// Cuts c.cells. Throws OverlapError if nothing is left of what there was.
-  void clip_cells(Comparison& c, const Context& context) const;
+  void cut_cells(Comparison& c, const Context& context) const;
   /// Fills c.budget over c.cells.
   void fill_budget(Comparison& c, const Context& context) const;
 
  private:
   void fill(const std::vector<RegionSums>& sums, Comparison& c) const;
 
-  Clip clip_;
+  Domain domain_;
   Regions polygons_{{}, 0};      // of the budget
   std::vector<BudgetRow> rows_;  // names and own areas alone
 };
 
-/// What Borders says of areas, and c.area_union, inside a clip alone. Cost O(triangles).
-void clip_borders(const Pair& pair, const Clip& clip, Borders& borders, Comparison& c, const Context& context);
+/// What Borders says of areas, and c.area_union, inside the domain alone. Cost O(triangles).
+void cut_borders(const Pair& pair, const Domain& domain, Borders& borders, Comparison& c, const Context& context);
 
 }  // namespace isopach::stages

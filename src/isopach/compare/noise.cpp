@@ -180,14 +180,12 @@ Array<double> Noise::in_other(std::size_t scan, const Array<double>& of_other) c
   return values;
 }
 
-std::optional<Detected> Noise::level_overlay(const Overlay& overlay, const Pair& pair, const Clip* clip,
-                                             Comparison& c) const {
+std::optional<Detected> Noise::level_overlay(const OverlayCells& cells, const Pair& pair, Comparison& c) const {
   const bool measured = options_.surface == Surface::overlay, kept = options_.keep_overlay;
   if (const auto level = constant_level()) {
     if (kept) c.overlay_lod.assign(c.overlay_surface.xy.size(), *level);
     if (!measured) return std::nullopt;
-    return clip != nullptr ? detect(ClippedOverlay{overlay, *clip}, *level, context_)
-                           : detect(overlay, *level, context_);
+    return detect(cells, *level, context_);
   }
   if (!has_sigmas() || !(measured || kept)) return std::nullopt;
   // Deviations take the place of heights: per node their own, and the other scan's interpolated there.
@@ -207,20 +205,18 @@ std::optional<Detected> Noise::level_overlay(const Overlay& overlay, const Pair&
     deviations.push_back(overlay_of(shift, shift_there));
   }
   const OverlayLevel level{deviations, has_covariance() ? 0 : options_.uncertainty.registration_error,
-                           this->deviations(), clip};
-  if (kept) c.overlay_lod = level_at_vertices(level, context_);
+                           this->deviations()};
+  if (kept) c.overlay_lod = level_at_vertices(level, cells.domain, context_);
   if (!measured) return std::nullopt;
-  return detect(overlay, level, context_);
+  return detect(cells, level, context_);
 }
 
-OverlayNoise Noise::over(const Overlay& overlay, const Pair& pair, const Clip* clip, Comparison& c) const {
+OverlayNoise Noise::over(const OverlayCells& cells, const Pair& pair, Comparison& c) const {
   OverlayNoise known;
-  known.detected = level_overlay(overlay, pair, clip, c);
+  known.detected = level_overlay(cells, pair, c);
   if (options_.surface != Surface::overlay) return known;
-  if (has_model()) known.weights = weights_of_overlay(overlay, pair.mesh(0), pair.mesh(1), clip, context_);
-  if (has_covariance())
-    known.motions = clip != nullptr ? volume_motions(ClippedOverlay{overlay, *clip}, covariance_->centre, context_)
-                                    : volume_motions(overlay, covariance_->centre, context_);
+  if (has_model()) known.weights = weights_of_overlay(cells, pair.mesh(0), pair.mesh(1), context_);
+  if (has_covariance()) known.motions = volume_motions(cells, covariance_->centre, context_);
   return known;
 }
 
@@ -292,19 +288,12 @@ void Noise::describe_levels(const UnitedNodes& nodes, const OverlayNoise& over, 
   u.detected = over.detected ? *over.detected : detect(cells, c.cells.lod, context_);
   const auto [least, most] = std::minmax_element(c.cells.lod.begin(), c.cells.lod.end());
   Sum sum, area;
-  for (std::size_t i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    const auto& v = cells.t.triangles[i].v;
-    const double share = cell_at(cells, i).area;
-    sum.add(share * ((c.cells.lod[v[0]] + c.cells.lod[v[1]] + c.cells.lod[v[2]]) / 3));
-    area.add(share);
-  }
-  for (const CellPiece& piece : cells.pieces) {
-    const double share = cell_of(piece).area;
-    const auto lod = at_corners(cells, piece, c.cells.lod);
+  for_common(cells, [&](const CommonCell& cell) {
+    const double share = cell.cell().area;
+    const auto lod = cell.at_corners(c.cells.lod);
     sum.add(share * ((lod[0] + lod[1] + lod[2]) / 3));
     area.add(share);
-  }
+  });
   u.lod = *least == *most ? *least : std::clamp(sum.value() / area.value(), *least, *most);
 }
 

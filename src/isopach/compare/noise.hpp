@@ -53,8 +53,8 @@ class Noise {
   void level_points(const Pair& pair, PointFields& of_a, PointFields& of_b) const;
 
   /// The level of detection over the overlay: at the vertices of c.overlay_surface, if it is kept, into c.overlay_lod;
-  /// and where the measures are over the overlay, what else is known there. `clip`: null for all of it.
-  [[nodiscard]] OverlayNoise over(const Overlay& overlay, const Pair& pair, const Clip* clip, Comparison& c) const;
+  /// and where the measures are over the overlay, what else is known there.
+  [[nodiscard]] OverlayNoise over(const OverlayCells& cells, const Pair& pair, Comparison& c) const;
 
   /// Everything into c.uncertainty and c.cells.lod. `nodes`: the ids of the nodes of T.
   void describe(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
@@ -69,8 +69,7 @@ class Noise {
   [[nodiscard]] Array<double> in_other(std::size_t scan, const Array<double>& of_other) const;
   [[nodiscard]] Array<double> deviations_of_d(const UnitedNodes& nodes) const;
   [[nodiscard]] VolumeTriple variance_of(std::size_t scan, const NodeWeights& weights) const;
-  [[nodiscard]] std::optional<Detected> level_overlay(const Overlay& overlay, const Pair& pair, const Clip* clip,
-                                                      Comparison& c) const;
+  [[nodiscard]] std::optional<Detected> level_overlay(const OverlayCells& cells, const Pair& pair, Comparison& c) const;
   [[nodiscard]] VolumeTriple deviation_by_motion(const VolumeTriple& area, const OverlayNoise& over,
                                                  const Comparison& c) const;
   void describe_levels(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;

@@ -352,7 +352,7 @@ SmoothSurfaces interpolate(Pair& pair, Interpolation interpolation, const Contex
   return smooth;
 }
 
-Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Clip* clip, Comparison& c,
+Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Domain& domain, Comparison& c,
                      const Context& context) {
   const CompareOptions& options = c.options;
   const bool trim = options.border == BorderRule::trim, look = options.check_layers;
@@ -385,7 +385,7 @@ Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Clip* clip,
     });
   }
   for (std::size_t k = 0; k < 2; ++k) pair.scan[k].kept = kept_flags(footprints[k]);
-  if (clip != nullptr) clip_borders(pair, *clip, borders, c, context);
+  if (!domain.is_everything()) cut_borders(pair, domain, borders, c, context);
   return borders;
 }
 
@@ -421,31 +421,22 @@ void describe_points(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pai
   describe(1, cloud_b, c.options.pose, c.fields_b);
 }
 
-void measure_overlay(const Overlay& overlay, const AreaOfInterest& area, Comparison& c, const Context& context) {
-  const auto measure_all = [&](const auto& cells) {
-    if (c.options.surface == Surface::both)
-      c.overlay = sum_up(cells, context);
-    else
-      c.measures = measure(cells, context, c.options.percentiles);
-  };
-  if (const Clip* const clip = area.clip()) {
-    const ClippedOverlay cells{overlay, *clip};
-    measure_all(cells);
-    if (c.options.keep_overlay) c.overlay_surface = surface_of(cells, context);
-  } else {
-    measure_all(overlay);
-    if (c.options.keep_overlay) c.overlay_surface = overlay.surface(context);
-  }
-  if (c.options.surface == Surface::overlay) area.fill_budget(overlay, c, context);
+void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comparison& c, const Context& context) {
+  if (c.options.surface == Surface::both)
+    c.overlay = sum_up(cells, context);
+  else
+    c.measures = measure(cells, context, c.options.percentiles);
+  if (c.options.keep_overlay) c.overlay_surface = surface_of(cells, context);
+  if (c.options.surface == Surface::overlay) area.fill_budget(cells, c, context);
 }
 
-void measure_detail(const Pair& pair, const Clip* clip, Comparison& c, const Context& context) {
-  c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, clip, context);
+void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context) {
+  c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, domain, context);
   if (!c.detail && c.options.measure == MeasureKind::dV)
     throw OverlapError(fmt::format(
         "--measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave --measure "
         "out, or take scans that share more area",
-        clip != nullptr ? " and of --include, --exclude and --mask" : ""));
+        !domain.is_everything() ? " and of --include, --exclude and --mask" : ""));
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {

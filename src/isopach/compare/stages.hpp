@@ -6,7 +6,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/overlay/border.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
@@ -91,8 +91,8 @@ struct Borders {
 [[nodiscard]] Array<unsigned char> with_folds(Array<unsigned char> kept, const Array<unsigned char>& folded);
 /// What each scan supports of its hull, by options.border and options.max_edge, and without its folds where these are
 /// to be left out: kept and folded of both scans. Sets c.folds.share_a and share_b.
-/// Areas are those inside the clip, if there is one.
-[[nodiscard]] Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Clip* clip, Comparison& c,
+/// Areas are those inside the domain.
+[[nodiscard]] Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Domain& domain, Comparison& c,
                                    const Context& context);
 /// A copy of both scans, with all that the border keeps of them.
 [[nodiscard]] Pair as_sampled(const Pair& pair);
@@ -107,17 +107,17 @@ void describe_points(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pai
 
 /// T with both heights at its nodes, and which of its triangles lie in the domain; `common` keeps the ids of its nodes
 /// alone. Sets c.trimmed_area and c.trimmed_volume to what the borders took from it, in units of area and volume, and
-/// c.folds. With a clip what was trimmed counts inside it alone; it does not cut here.
-[[nodiscard]] Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Clip* clip,
+/// c.folds. What was trimmed counts inside `domain` alone; it does not cut here.
+[[nodiscard]] Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain,
                                Comparison& c);
 
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.
-void measure_overlay(const Overlay& overlay, const AreaOfInterest& area, Comparison& c, const Context& context);
+void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comparison& c, const Context& context);
 
-/// ρ_dV into c.detail, inside the clip, if there is one. Throws OverlapError where there is none and options.measure
+/// ρ_dV into c.detail, inside the domain. Throws OverlapError where there is none and options.measure
 /// asks for it.
-void measure_detail(const Pair& pair, const Clip* clip, Comparison& c, const Context& context);
+void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context);
 
 /// Area, coverage, shares trimmed and of long border triangles; throws OverlapError below options.min_coverage.
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c);

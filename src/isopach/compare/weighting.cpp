@@ -105,8 +105,9 @@ Weighting::Weighting(NodeWeight weight, const Pair& pair, const CompareOptions& 
       isopach::interpolate(pair.seen[1 - weight_.scan].at, other.field.xy, own.t, own.field.xy, weight_.own, context_);
 }
 
-WeightedMeasures Weighting::over(const Overlay& overlay, const Pair& pair, const Clip* clip) const {
-  return weigh(overlay, pair.mesh(0), pair.mesh(1), weight_.own, weight_.scan == 1, weight(), clip, context_);
+WeightedMeasures Weighting::over(const OverlayCells& cells, const Pair& pair) const {
+  const OverlayMesh m1 = pair.mesh(0), m2 = pair.mesh(1);
+  return weigh(cells, {m1, m2, weight_.own, weight_.scan == 1}, weight(), context_);
 }
 
 Array<double> Weighting::at(const UnitedNodes& nodes) const {

@@ -38,8 +38,8 @@ class Weighting {
   /// Whether there is a weight; otherwise nothing below does anything or takes memory.
   [[nodiscard]] bool asked() const { return options_.weight.kind != WeightSource::Kind::none; }
 
-  /// The weighted measures over the overlay. `clip`: cuts its cells; may be nothing.
-  [[nodiscard]] WeightedMeasures over(const Overlay& overlay, const Pair& pair, const Clip* clip) const;
+  /// The weighted measures over the overlay.
+  [[nodiscard]] WeightedMeasures over(const OverlayCells& cells, const Pair& pair) const;
 
   /// The attribute at the nodes of T; empty where the weight is none.
   [[nodiscard]] Array<double> at(const UnitedNodes& nodes) const;

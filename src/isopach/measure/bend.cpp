@@ -7,7 +7,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/overlay/localise.hpp"
 
 namespace isopach {
@@ -56,8 +56,9 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
   Draw result;
   Array<Drawn>& drawn = result.cells;
   if (total.count <= most) {
-    for (Index i = 0; i < cells.t.real; ++i)
-      if (cells.in_domain[i] != 0) drawn.push_back({i, 1});
+    for_common(cells, [&](const CommonCell& c) {  // pieces at the rim of the domain bend as their neighbours do
+      if (c.piece == nullptr) drawn.push_back({c.triangle, 1});
+    });
     return result;
   }
   result.is_sample = true;
@@ -70,13 +71,13 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
     const double end = b + 1 < parts.size() ? before[b + 1] : HUGE_VAL;
     if (place(next) >= end) continue;
     double reached = before[b];
-    const auto last = static_cast<Index>(std::min<std::size_t>(cells.t.real, (b + 1) * default_block));
-    for (auto i = static_cast<Index>(b * default_block); i < last; ++i) {
-      if (cells.in_domain[i] == 0) continue;
-      const double area = cell_at(cells, i).area;
+    const std::size_t last = std::min(items_of(cells), (b + 1) * default_block);
+    for_common(cells, b * default_block, last, [&](const CommonCell& c, std::size_t) {
+      if (c.piece != nullptr) return;
+      const double area = c.cell().area;
       reached += area;
-      for (; next < most && place(next) < reached; ++next) drawn.push_back({i, stretch / area});
-    }
+      for (; next < most && place(next) < reached; ++next) drawn.push_back({c.triangle, stretch / area});
+    });
   }
   return result;
 }

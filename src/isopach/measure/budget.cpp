@@ -76,7 +76,7 @@ std::vector<RegionSums> budget_of(const Source& cells, const Regions& regions, c
 std::vector<RegionSums> budget(const CellView& cells, const Regions& regions, const Context& context) {
   return budget_of(cells, regions, context);
 }
-std::vector<RegionSums> budget(const ClippedOverlay& cells, const Regions& regions, const Context& context) {
+std::vector<RegionSums> budget(const OverlayCells& cells, const Regions& regions, const Context& context) {
   return budget_of(cells, regions, context);
 }
 

@@ -9,7 +9,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 

@@ -44,11 +44,11 @@ Facet facet_of(const std::array<Point3, 3>& at) {
   return facet;
 }
 
-// What the clip leaves of a triangle. False if that is nothing.
-bool clip_facet(const std::array<Point3, 3>& at, const Clip& clip, Clip::Scratch& scratch, Facet& facet) {
+// What the domain holds of a triangle. False if that is nothing.
+bool cut_facet(const std::array<Point3, 3>& at, const Domain& domain, Domain::Scratch& scratch, Facet& facet) {
   ConvexCell cell;
   for (const Point3& p : at) cell.add({p.x, p.y, p.z, p.z});
-  const Regions::Answer answer = clip.split(cell, scratch);
+  const Regions::Answer answer = domain.split(cell, scratch);
   if (answer != Regions::Answer::some) return answer == Regions::Answer::all;
   double area = 0;
   Point3 sum{0, 0, 0};
@@ -68,19 +68,20 @@ bool clip_facet(const std::array<Point3, 3>& at, const Clip& clip, Clip::Scratch
 }  // namespace
 
 SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
-                               std::span<const unsigned char> kept, const Clip* clip) {
+                               std::span<const unsigned char> kept, const Domain& domain) {
+  const bool whole = domain.is_everything();
   Array<Index> ids;
   for (Index i = 0; i < t.real; ++i)
     if ((kept.empty() || kept[i] != 0) && !is_line(t, xy, i)) ids.push_back(i);
   SurfaceCurrent s;
   s.centroids.resize(ids.size());
   s.normals.resize(ids.size());
-  Array<unsigned char> left(clip != nullptr ? ids.size() : 0);
+  Array<unsigned char> left(whole ? 0 : ids.size());
   const Sum edges = reduce_blocks<Sum>(
       ids.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
         Sum part;
-        Clip::Scratch scratch;
+        Domain::Scratch scratch;
         for (std::size_t i = begin; i < end; ++i) {
           std::array<Point3, 3> at;
           for (std::size_t k = 0; k < 3; ++k) {
@@ -88,8 +89,8 @@ SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> x
             at[k] = {xy[node].x, xy[node].y, z[node]};
           }
           Facet facet = facet_of(at);
-          if (clip != nullptr) {
-            left[i] = clip_facet(at, *clip, scratch, facet) ? 1 : 0;
+          if (!whole) {
+            left[i] = cut_facet(at, domain, scratch, facet) ? 1 : 0;
             if (left[i] == 0) continue;
           }
           for (const double length : facet.sides) part.add(length);
@@ -99,7 +100,7 @@ SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> x
         return part;
       },
       [](Sum& total, const Sum& part) { total.add(part); });
-  if (clip != nullptr) {
+  if (!whole) {
     std::size_t n = 0;
     for (std::size_t i = 0; i < left.size(); ++i)
       if (left[i] != 0) s.centroids[n] = s.centroids[i], s.normals[n] = s.normals[i], ++n;

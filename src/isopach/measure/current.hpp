@@ -4,8 +4,8 @@
 
 #include "isopach/base/array.hpp"
 #include "isopach/delaunay/triangulation.hpp"
-#include "isopach/measure/clip.hpp"
 #include "isopach/measure/currents.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 
@@ -18,12 +18,12 @@ struct SurfaceCurrent {
 
 /// The real triangles of `t` whose flag in `kept` is set (empty: all), in their order, but those that are no more than
 /// a line in the plane (lower than 10⁻⁶ of their longest side): rounding makes them of nodes on a line. Of a triangle
-/// that `clip` (null: none) cuts, the part inside counts: one centroid, the normal by its share of the area; mean_edge
+/// that `domain` cuts, the part inside counts: one centroid, the normal by its share of the area; mean_edge
 /// is of whole triangles. Cost O(triangles). The same bits for any number of threads. Oracle:
 /// tests/measure/current_test.cpp.
 [[nodiscard]] SurfaceCurrent surface_current(const Triangulation& t, std::span<const Point2> xy,
                                              std::span<const double> z, std::span<const unsigned char> kept,
-                                             const Clip* clip = nullptr);
+                                             const Domain& domain = Domain::everything());
 
 /// A width of the kernel where none is given: five mean edges of the surface with the longer ones. 0 if there is none.
 [[nodiscard]] double default_sigma(const SurfaceCurrent& a, const SurfaceCurrent& b);

@@ -5,8 +5,8 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/clip.hpp"
 #include "isopach/measure/measures.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 
@@ -137,27 +137,27 @@ void combine(Totals& total, const Totals& part) {
   total.bare += part.bare;
 }
 
-double area_inside(const OverlayMesh& m, std::size_t triangle, const Clip& clip, Clip::Scratch& scratch) {
+double area_inside(const OverlayMesh& m, std::size_t triangle, const Domain& domain, Domain::Scratch& scratch) {
   ConvexCell cell;
   for (const Index v : m.t.triangles[triangle].v) cell.add({m.xy[v].x, m.xy[v].y, 0, 0});
   double area = 0;
-  clip.for_pieces(cell, scratch, [&](const ConvexCell& piece) { area += piece.area(); });
+  domain.for_pieces(cell, scratch, [&](const ConvexCell& piece) { area += piece.area(); });
   return area;
 }
 
 Totals add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gathered, const Array<unsigned char>& known,
-              const Clip* clip) {
+              const Domain& domain) {
   return reduce_blocks<Totals>(
       coarse.t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
         Totals part;
-        Clip::Scratch scratch;
+        Domain::Scratch scratch;
         for (std::size_t i = begin; i < end; ++i) {
           const auto& v = coarse.t.triangles[i].v;
           if (!is_kept(coarse, static_cast<Index>(i)) || (known[v[0]] & known[v[1]] & known[v[2]]) == 0) continue;
           const auto at = [&](Index node) { return coarse.other_z[node] - coarse.z[node]; };
-          const double area = clip != nullptr ? area_inside(coarse, i, *clip, scratch) : area_of(coarse, i);
-          if (clip != nullptr && !(area > 0)) continue;
+          const double area = domain.is_everything() ? area_of(coarse, i) : area_inside(coarse, i, domain, scratch);
+          if (!domain.is_everything() && !(area > 0)) continue;
           const double weight = gathered[i].weight.value();
           const bool is_bare = !(weight > 0);
           const double delta = is_bare ? (at(v[0]) + at(v[1]) + at(v[2])) / 3 : gathered[i].difference.value() / weight;
@@ -174,7 +174,7 @@ Totals add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gathered, 
 }  // namespace
 
 std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
-                                            const Clip* clip, const Context& context) {
+                                            const Domain& domain, const Context& context) {
   context.check();
   DetailMeasure m;
   m.coarser_is_b = area_per_node(b) > area_per_node(a);
@@ -185,7 +185,7 @@ std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayM
   Array<unsigned char> known;
   both([&] { gathered = gather(coarse, fine, weight); },
        [&] { known = known_nodes(coarse, fine, weight, extrapolate); });
-  const Totals total = add_up(coarse, gathered, known, clip);
+  const Totals total = add_up(coarse, gathered, known, domain);
   m.area = total.area.value();
   if (!(m.area > 0)) return std::nullopt;
   m.rho = total.size_sum.value() / m.area;

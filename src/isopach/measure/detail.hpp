@@ -11,7 +11,7 @@
 
 namespace isopach {
 
-class Clip;
+class Domain;
 
 /// ρ_dV and what it stands on. Unit of heights; areas in the unit of x and y, squared.
 struct DetailMeasure {
@@ -29,13 +29,13 @@ struct DetailMeasure {
 /// over the nodes q of the finer mesh in t, w_q a third of the area of the kept triangles at q. A node on an edge or a
 /// node of the coarser mesh is shared equally by the kept triangles that touch it. A triangle without nodes takes the
 /// mean of f̂_fine − f_coarse at its three nodes. The sign of δ is that of B − A whichever is the coarser. With
-/// `extrapolate` (domain `hull`) all heights that are given for nodes outside the finer mesh count as known. A `clip`
-/// (may be nothing) cuts the areas: a triangle counts with its part inside, δ stays that of the whole triangle. Nothing
+/// `extrapolate` (domain `hull`) all heights that are given for nodes outside the finer mesh count as known. The
+/// `domain` cuts the areas: a triangle counts with its part inside, δ stays that of the whole triangle. Nothing
 /// if no triangle counts. Exchanging a and b exchanges the sign of `mean` and leaves `rho`, to the last bit, unless
 /// both meshes have the same area per node. Same bits for any number of threads and any order of points. Cost O(n), the
 /// locations given.
 /// Oracle: tests/measure/detail_test.cpp.
 [[nodiscard]] std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
-                                                          const Clip* clip, const Context& context);
+                                                          const Domain& domain, const Context& context);
 
 }  // namespace isopach

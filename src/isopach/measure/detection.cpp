@@ -1,5 +1,4 @@
 #include "isopach/measure/detection.hpp"
-#include "isopach/measure/clip.hpp"
 
 #include <cmath>
 #include <numbers>
@@ -41,26 +40,14 @@ Detected detect_constant(const Source& cells, double lod, const Context& context
   });
 }
 
-// The cells of one item after the other, clipped; which there are and in which order depends on the places of the nodes
-// alone.
+// The cells of one item after the other within the domain; which there are and in which order depends on the places of
+// the nodes alone.
 struct ItemCells {
-  const Clip* clip;
   std::vector<OverlayCell> parts;
-
-  explicit ItemCells(const Clip* by) : clip(by) {}
-  ItemCells(const ItemCells& other) : clip(other.clip) {}
-  void take(const Overlay& overlay, std::size_t item) {
+  void take(const OverlayCells& cells, std::size_t item) {
     parts.clear();
-    for (const OverlayCell& c : overlay.cells(item, scratch_))
-      if (clip == nullptr)
-        parts.push_back(c);
-      else
-        for_clipped(c, *clip, clip_scratch_, [&](const OverlayCell& piece) { parts.push_back(piece); });
+    for_overlay(cells, item, item + 1, [&](const OverlayCell& c, std::size_t) { parts.push_back(c); });
   }
-
- private:
-  Overlay::Scratch scratch_;
-  Clip::Scratch clip_scratch_;
 };
 
 double sum_of_squares(double x, double y) { return x * x + y * y; }
@@ -118,39 +105,28 @@ Detected detect(const Cell& cell, const std::array<double, 3>& lod) {
 Detected detect(const CellView& cells, std::span<const double> lod, const Context& context) {
   context.check();
   return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
-    for (std::size_t i = begin; i < end; ++i) {
-      if (i >= cells.t.real) {
-        const CellPiece& piece = cells.pieces[i - cells.t.real];
-        part.add(detect(cell_of(piece), at_corners(cells, piece, lod)));
-        continue;
-      }
-      if (cells.in_domain[i] == 0) continue;
-      const auto& v = cells.t.triangles[i].v;
-      part.add(detect(cell_at(cells, i), {lod[v[0]], lod[v[1]], lod[v[2]]}));
-    }
+    for_common(cells, begin, end,
+               [&](const CommonCell& c, std::size_t) { part.add(detect(c.cell(), c.at_corners(lod))); });
   });
 }
 
 Detected detect(const CellView& cells, double lod, const Context& context) {
   return detect_constant(cells, lod, context);
 }
-Detected detect(const ClippedOverlay& overlay, double lod, const Context& context) {
-  return detect_constant(overlay, lod, context);
-}
-Detected detect(const Overlay& overlay, double lod, const Context& context) {
-  return detect_constant(overlay, lod, context);
+Detected detect(const OverlayCells& cells, double lod, const Context& context) {
+  return detect_constant(cells, lod, context);
 }
 
-Detected detect(const Overlay& overlay, const OverlayLevel& level, const Context& context) {
+Detected detect(const OverlayCells& cells, const OverlayLevel& level, const Context& context) {
   context.check();
-  return over_blocks(overlay.items(), [&](std::size_t begin, std::size_t end, Sums& part) {
-    ItemCells cells(level.clip);
-    std::vector<ItemCells> deviations(level.deviations.size(), ItemCells(level.clip));
+  return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+    ItemCells heights;
+    std::vector<ItemCells> deviations(level.deviations.size());
     for (std::size_t i = begin; i < end; ++i) {
-      cells.take(overlay, i);
-      for (std::size_t k = 0; k < deviations.size(); ++k) deviations[k].take(level.deviations[k], i);
-      for (std::size_t cell = 0; cell < cells.parts.size(); ++cell) {
-        const OverlayCell& c = cells.parts[cell];
+      heights.take(cells, i);
+      for (std::size_t k = 0; k < deviations.size(); ++k) deviations[k].take({level.deviations[k], cells.domain}, i);
+      for (std::size_t cell = 0; cell < heights.parts.size(); ++cell) {
+        const OverlayCell& c = heights.parts[cell];
         const auto lod = [&](unsigned corner) {
           double square = level.rest * level.rest;
           for (const ItemCells& d : deviations)
@@ -165,11 +141,10 @@ Detected detect(const Overlay& overlay, const OverlayLevel& level, const Context
   });
 }
 
-Array<double> level_at_vertices(const OverlayLevel& level, const Context& context) {
+Array<double> level_at_vertices(const OverlayLevel& level, const Domain& domain, const Context& context) {
   Array<double> lod;
   for (const Overlay& overlay : level.deviations) {
-    const OverlaySurface s =
-        level.clip != nullptr ? surface_of(ClippedOverlay{overlay, *level.clip}, context) : overlay.surface(context);
+    const OverlaySurface s = surface_of({overlay, domain}, context);
     if (lod.empty()) lod.assign(s.xy.size(), level.rest * level.rest);
     for_each_index(lod.size(), [&](std::size_t i) { lod[i] += sum_of_squares(s.z1[i], s.z2[i]); });
   }

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 
@@ -33,24 +33,22 @@ struct Detected {
 
 /// The same with one level everywhere.
 [[nodiscard]] Detected detect(const CellView& cells, double lod, const Context& context);
-[[nodiscard]] Detected detect(const Overlay& overlay, double lod, const Context& context);
-[[nodiscard]] Detected detect(const ClippedOverlay& overlay, double lod, const Context& context);
+[[nodiscard]] Detected detect(const OverlayCells& cells, double lod, const Context& context);
 
 /// A level that varies over the overlay: k √(Σ (s1² + s2²) + rest²), where s1, s2 run over overlays of the same meshes
 /// whose heights are standard deviations, linear on every cell; rest is the same everywhere.
 struct OverlayLevel {
   std::span<const Overlay> deviations;
   double rest = 0, k = 1;
-  const Clip* clip = nullptr;  ///< of the overlays; null: all of them
 };
 
 /// … with that level at the corners of every cell, linear in the triangles that a cell is cut into from its first
 /// corner. There it is a little too high in between, for the root bends downwards: nothing is called significant that
 /// is not. Cost O(cells) for each overlay.
 /// Oracle: tests/measure/overlay_detection_test.cpp (all pairs of triangles clipped; dense sampling).
-[[nodiscard]] Detected detect(const Overlay& overlay, const OverlayLevel& level, const Context& context);
+[[nodiscard]] Detected detect(const OverlayCells& cells, const OverlayLevel& level, const Context& context);
 
-/// That level at the vertices of overlay.surface(). Cost and memory as there.
-[[nodiscard]] Array<double> level_at_vertices(const OverlayLevel& level, const Context& context);
+/// That level at the vertices of surface_of(cells) within the domain. Cost and memory as there.
+[[nodiscard]] Array<double> level_at_vertices(const OverlayLevel& level, const Domain& domain, const Context& context);
 
 }  // namespace isopach

@@ -320,8 +320,7 @@ double bound_of_difference(const CellView& cells) {
   return bound;
 }
 
-double bound_of_difference(const Overlay& overlay) { return overlay.bound_of_difference(); }
-double bound_of_difference(const ClippedOverlay& cells) { return cells.overlay.bound_of_difference(); }
+double bound_of_difference(const OverlayCells& cells) { return cells.overlay.bound_of_difference(); }
 
 template <class Source>
 Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins, const Context& context) {
@@ -350,7 +349,6 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
 }
 
 template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
-template Described describe(const Overlay&, const std::vector<Quantile>&, std::size_t, const Context&);
-template Described describe(const ClippedOverlay&, const std::vector<Quantile>&, std::size_t, const Context&);
+template Described describe(const OverlayCells&, const std::vector<Quantile>&, std::size_t, const Context&);
 
 }  // namespace isopach

@@ -9,7 +9,7 @@
 #pragma once
 #include <vector>
 
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/measure/totals.hpp"
 
 namespace isopach {
@@ -33,16 +33,14 @@ struct Described {
   Histogram histogram;            ///< even bins, symmetric round 0; what lies outside is counted in the outermost ones
 };
 
-/// Sums, quantiles and histogram over the cells of a source, a CellView, an Overlay or a ClippedOverlay (see
-/// cells.hpp, clip.hpp), in one pass
-/// (another one, rarely, where the sample misled). Half-width of the histogram: 1.5 times the 99th percentile of |d|,
+/// Sums, quantiles and histogram over the cells of a source, a CellView or OverlayCells, in one pass (another
+/// one, rarely, where the sample misled). Half-width of the histogram: 1.5 times the 99th percentile of |d|,
 /// estimated from the sample, at most the largest |d| in it. Cost O(cells). Oracle:
 /// tests/measure/distribution_test.cpp (every cell cut at the value in question).
 template <class Source>
 [[nodiscard]] Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins,
                                  const Context& context);
 extern template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
-extern template Described describe(const Overlay&, const std::vector<Quantile>&, std::size_t, const Context&);
-extern template Described describe(const ClippedOverlay&, const std::vector<Quantile>&, std::size_t, const Context&);
+extern template Described describe(const OverlayCells&, const std::vector<Quantile>&, std::size_t, const Context&);
 
 }  // namespace isopach

@@ -58,7 +58,7 @@ struct CellPiece {
 };
 
 /// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each, and the pieces of
-/// those that the domain holds a part of (see clip.hpp).
+/// those that the domain holds a part of (see source.hpp).
 struct CellView {
   const Triangulation& t;
   std::span<const Point2> xy;
@@ -100,13 +100,15 @@ struct Parts {
 /// check_percentiles.
 [[nodiscard]] Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles = {});
 
+struct OverlayCells;
+
 /// The same over the cells of the exact overlay of both meshes: the exact integrals between the two piecewise linear
 /// surfaces. The cells are not kept but made as they are asked for: in one pass, and again where a first guess of a
 /// quantile was not near enough. Oracle: tests/overlay/overlay_test.cpp.
-[[nodiscard]] Measures measure(const Overlay& overlay, const Context& context,
+[[nodiscard]] Measures measure(const OverlayCells& cells, const Context& context,
                                std::span<const double> percentiles = {});
 
 /// … in one pass, without median, nmad, percentiles and histogram (which stay 0 and empty).
-[[nodiscard]] Measures sum_up(const Overlay& overlay, const Context& context);
+[[nodiscard]] Measures sum_up(const OverlayCells& cells, const Context& context);
 
 }  // namespace isopach

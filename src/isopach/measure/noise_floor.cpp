@@ -7,8 +7,8 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/clip.hpp"
 #include "isopach/measure/shrinkage.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/stencils.hpp"
 
@@ -124,19 +124,11 @@ Array<double> areas_of_nodes(const CellView& cells) {
   const double quantum = std::ldexp(1.0, exponent - 50);
   Array<double> area(cells.xy.size());
   for_each_index(area.size(), [&](std::size_t i) { area[i] = 0; });
-  for (std::size_t i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    auto v = cells.t.triangles[i].v;
-    std::rotate(v.begin(), std::min_element(v.begin(), v.end()), v.end());  // one rounding for all ways to write it
-    const double third = std::round(triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]) / (3 * quantum));
-    for (const Index node : v) area[node] += third;
-  }
-  for (const CellPiece& piece : cells.pieces)
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto shares = shares_of_nodes(cells, piece, k);
-      for (std::size_t j = 0; j < 3; ++j)
-        area[cells.t.triangles[piece.cell].v[j]] += std::round(cell_of(piece).area * shares[j] / (3 * quantum));
-    }
+  for_common(cells, [&](const CommonCell& c) {
+    const double size = c.convex().area();  // one rounding for all ways to write a triangle
+    for (std::size_t k = 0; k < 3; ++k)
+      c.for_nodes(k, [&](Index node, double share) { area[node] += std::round(size * share / (3 * quantum)); });
+  });
   return area;
 }
 
@@ -154,21 +146,14 @@ Biases biases_of(const CellView& cells, const NullDifference& null, std::span<co
       items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
         Biases b;
-        for (std::size_t i = begin; i < end; ++i) {
-          const CellPiece* const piece = i < cells.t.real ? nullptr : &cells.pieces[i - cells.t.real];
-          if (piece == nullptr && cells.in_domain[i] == 0) continue;
-          const double area = (piece == nullptr ? cell_at(cells, i) : cell_of(*piece)).area;
-          const auto values = [&](std::span<const double> of_node) {
-            if (piece != nullptr) return at_corners(cells, *piece, of_node);
-            const auto& v = cells.t.triangles[i].v;
-            return std::array<double, 3>{of_node[v[0]], of_node[v[1]], of_node[v[2]]};
-          };
+        for_common(cells, begin, end, [&](const CommonCell& cell, std::size_t) {
+          const double area = cell.cell().area;
           b.area.add(area);
-          const auto of_model = values(model), of_chord = values(null.chord);
+          const auto of_model = cell.at_corners(model), of_chord = cell.at_corners(null.chord);
           const Parts alone = split_volume({area, of_model});
           b.without.add(alone.above + alone.below);
           for (const Array<double>& random : null.random) {
-            const auto of_random = values(random);
+            const auto of_random = cell.at_corners(random);
             Cell floor{area, {}}, with{area, {}};
             for (std::size_t k = 0; k < 3; ++k) {
               floor.d[k] = of_chord[k] + of_random[k];
@@ -179,7 +164,7 @@ Biases biases_of(const CellView& cells, const NullDifference& null, std::span<co
             b.floor_below.add(share * f.below);
             b.with_null.add(share * (w.above + w.below));
           }
-        }
+        });
         return b;
       },
       [](Biases& total, const Biases& part) { total.add(part); });

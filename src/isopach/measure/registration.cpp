@@ -134,45 +134,22 @@ double variance(const MotionGradient& g, const PoseCovariance& covariance) {
 }
 
 VolumeMotions volume_motions(const CellView& cells, const Point3& centre, const Context& context) {
-  const std::size_t whole = cells.t.real;
   return sum_over(items_of(cells), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
-    for (std::size_t i = std::max(begin, whole); i < end; ++i) {
+    for_common(cells, begin, end, [&](const CommonCell& c, std::size_t) {
       Facet f;
       for (std::size_t k = 0; k < 3; ++k) {
-        const Corner& corner = cells.pieces[i - whole].at[k];
+        const Corner corner = c.corner(k);
         f.p[k] = {corner.x, corner.y, corner.z2};
         f.d[k] = corner.d();
       }
       part.add(f, centre);
-    }
-    for (std::size_t i = begin; i < std::min(end, whole); ++i) {
-      if (cells.in_domain[i] == 0) continue;
-      Facet f;
-      for (std::size_t k = 0; k < 3; ++k) {
-        const Index v = cells.t.triangles[i].v[k];
-        f.p[k] = {cells.xy[v].x, cells.xy[v].y, cells.z2[v]};
-        f.d[k] = cells.d(v);
-      }
-      part.add(f, centre);
-    }
+    });
   });
 }
 
-VolumeMotions volume_motions(const Overlay& overlay, const Point3& centre, const Context& context) {
-  return sum_over(overlay.items(), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
-    Overlay::Scratch scratch;
-    for (std::size_t item = begin; item < end; ++item)
-      for (const OverlayCell& c : overlay.cells(item, scratch)) add_cell(c, centre, part);
-  });
-}
-
-VolumeMotions volume_motions(const ClippedOverlay& cells, const Point3& centre, const Context& context) {
+VolumeMotions volume_motions(const OverlayCells& cells, const Point3& centre, const Context& context) {
   return sum_over(items_of(cells), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
-    Overlay::Scratch scratch;
-    Clip::Scratch clip_scratch;
-    for (std::size_t item = begin; item < end; ++item)
-      for (const OverlayCell& c : cells.overlay.cells(item, scratch))
-        for_clipped(c, cells.clip, clip_scratch, [&](const OverlayCell& left) { add_cell(left, centre, part); });
+    for_overlay(cells, begin, end, [&](const OverlayCell& c, std::size_t) { add_cell(c, centre, part); });
   });
 }
 

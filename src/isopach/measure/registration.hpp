@@ -9,7 +9,7 @@
 #include <span>
 
 #include "isopach/field/height_field.hpp"
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/measure/uncertainty.hpp"
 
 namespace isopach {
@@ -35,11 +35,10 @@ struct VolumeMotions {
   MotionGradient net{}, above{}, below{};
 };
 
-/// Over the cells of T or of the overlay, clipped or not. Compensated sums over fixed blocks. Cost O(cells). Oracle:
+/// Over the cells of T or of the overlay. Compensated sums over fixed blocks. Cost O(cells). Oracle:
 /// tests/measure/registration_test.cpp (scans that are moved, by differences).
 [[nodiscard]] VolumeMotions volume_motions(const CellView& cells, const Point3& centre, const Context& context);
-[[nodiscard]] VolumeMotions volume_motions(const Overlay& overlay, const Point3& centre, const Context& context);
-[[nodiscard]] VolumeMotions volume_motions(const ClippedOverlay& cells, const Point3& centre, const Context& context);
+[[nodiscard]] VolumeMotions volume_motions(const OverlayCells& cells, const Point3& centre, const Context& context);
 
 /// Standard deviation of the height of B at each of its nodes, `covariance` in frame coordinates. The slope at a node
 /// is the mean of those of the triangles round it that are kept, by area; 0 where there is none. Cost O(nodes).

@@ -197,18 +197,11 @@ double correlation(CorrelationShape shape, double range, double r) {
 NodeWeights weights_of_cells(const CellView& cells, const Context& context) {
   context.check();
   NodeWeights w = zeros(cells.xy.size());
-  for (std::size_t i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    const auto parts = corner_weights(cell_at(cells, i));
-    for (std::size_t k = 0; k < 3; ++k) add_to(w[cells.t.triangles[i].v[k]], 1, parts[k]);
-  }
-  for (const CellPiece& piece : cells.pieces) {
-    const auto parts = corner_weights(cell_of(piece));
-    for (std::size_t k = 0; k < 3; ++k) {
-      const auto shares = shares_of_nodes(cells, piece, k);
-      for (std::size_t j = 0; j < 3; ++j) add_to(w[cells.t.triangles[piece.cell].v[j]], shares[j], parts[k]);
-    }
-  }
+  for_common(cells, [&](const CommonCell& c) {
+    const auto parts = corner_weights(c.cell());
+    for (std::size_t k = 0; k < 3; ++k)
+      c.for_nodes(k, [&](Index node, double share) { add_to(w[node], share, parts[k]); });
+  });
   return w;
 }
 
@@ -227,33 +220,24 @@ NodeWeights weights_of_scan(const NodeWeights& of_cells, std::span<const Index> 
   return w;
 }
 
-std::array<NodeWeights, 2> weights_of_overlay(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2,
-                                              const Clip* clip, const Context& context) {
+std::array<NodeWeights, 2> weights_of_overlay(const OverlayCells& cells, const OverlayMesh& m1, const OverlayMesh& m2,
+                                              const Context& context) {
   std::array<NodeWeights, 2> w{zeros(m1.xy.size()), zeros(m2.xy.size())};
   constexpr std::size_t part = 1 << 11, parts_at_a_time = 64;  // bounds the memory of shares not yet added
   struct Shares {
     std::vector<Share> of_1, of_2;
   };
-  for (std::size_t from = 0; from < overlay.items(); from += part * parts_at_a_time) {
+  for (std::size_t from = 0; from < items_of(cells); from += part * parts_at_a_time) {
     context.check();
-    const std::size_t n = std::min(overlay.items() - from, part * parts_at_a_time);
+    const std::size_t n = std::min(items_of(cells) - from, part * parts_at_a_time);
     std::vector<Shares> made((n + part - 1) / part);
     for_blocks(n, part, [&](std::size_t begin, std::size_t end) {
       Shares& shares = made[begin / part];
-      Overlay::Scratch scratch;
-      Clip::Scratch clip_scratch;
-      const auto add = [&](const OverlayCell& c) {
+      for_overlay(cells, from + begin, from + end, [&](const OverlayCell& c, std::size_t) {
         const auto of_corner = corner_weights(c);
         share_out(c, m1, c.t1, of_corner, shares.of_1);
         share_out(c, m2, c.t2, of_corner, shares.of_2);
-      };
-      for (std::size_t i = begin; i < end; ++i)
-        for (const OverlayCell& c : overlay.cells(from + i, scratch)) {
-          if (clip == nullptr)
-            add(c);
-          else
-            for_clipped(c, *clip, clip_scratch, add);
-        }
+      });
     });
     both(
         [&] {

@@ -18,8 +18,8 @@
 #include <span>
 #include <string>
 
-#include "isopach/measure/clip.hpp"
 #include "isopach/measure/detection.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/overlay/stencils.hpp"
 
 namespace isopach {
@@ -86,11 +86,10 @@ using NodeWeights = Array<VolumeTriple>;
                                           std::span<const Index> other, std::span<const Stencil> stencil,
                                           std::size_t nodes);
 
-/// Weights of the nodes of both scans over the cells of the exact overlay, clipped if there is a clip. Made in
-/// parallel, added in the order of the cells. Cost O(cells). Oracle: as above.
-[[nodiscard]] std::array<NodeWeights, 2> weights_of_overlay(const Overlay& overlay, const OverlayMesh& m1,
-                                                            const OverlayMesh& m2, const Clip* clip,
-                                                            const Context& context);
+/// Weights of the nodes of both scans over the cells of the exact overlay of m1 and m2. Made in parallel, added in the
+/// order of the cells. Cost O(cells). Oracle: as above.
+[[nodiscard]] std::array<NodeWeights, 2> weights_of_overlay(const OverlayCells& cells, const OverlayMesh& m1,
+                                                            const OverlayMesh& m2, const Context& context);
 
 /// c(r) for a range > 0.
 [[nodiscard]] double correlation(CorrelationShape shape, double range, double r);

@@ -102,13 +102,9 @@ Parts split_volume(const Cell& cell) {
 Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles) {
   return measure_all(cells, context, percentiles);
 }
-Measures measure(const Overlay& overlay, const Context& context, std::span<const double> percentiles) {
-  return measure_all(overlay, context, percentiles);
+Measures measure(const OverlayCells& cells, const Context& context, std::span<const double> percentiles) {
+  return measure_all(cells, context, percentiles);
 }
-Measures measure(const ClippedOverlay& overlay, const Context& context, std::span<const double> percentiles) {
-  return measure_all(overlay, context, percentiles);
-}
-Measures sum_up(const Overlay& overlay, const Context& context) { return sums_over(overlay, context); }
-Measures sum_up(const ClippedOverlay& overlay, const Context& context) { return sums_over(overlay, context); }
+Measures sum_up(const OverlayCells& cells, const Context& context) { return sums_over(cells, context); }
 
 }  // namespace isopach

@@ -8,9 +8,9 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/clip.hpp"
 #include "isopach/measure/expression.hpp"
 #include "isopach/measure/quadrature.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/measure/weight_parts.hpp"
 
 namespace isopach {
@@ -41,61 +41,42 @@ struct CommonParts {
   [[nodiscard]] std::size_t items() const { return items_of(cells); }
   template <class F>
   void for_parts(std::size_t begin, std::size_t end, F&& f) const {
-    const std::size_t whole = cells.t.real;
-    for (std::size_t i = begin; i < std::min(end, whole); ++i)
-      if (cells.in_domain[i] != 0) f(i, part_of(i));
-    for (std::size_t i = std::max(begin, whole); i < end; ++i) f(i, part_of(cells.pieces[i - whole]));
+    for_common(cells, begin, end, [&](const CommonCell& c, std::size_t i) { f(i, part_of(c)); });
   }
 
  private:
-  [[nodiscard]] Part part_of(std::size_t i) const {
-    Part part{cell_at(cells, i).area, {}, 0, 0};
-    const auto& v = cells.t.triangles[i].v;
-    for (std::size_t k = 0; k < 3; ++k)
-      part.v[k] = {cells.xy[v[k]].x, cells.xy[v[k]].y, cells.z1[v[k]], cells.d(v[k]), mu.empty() ? 0 : mu[v[k]]};
+  [[nodiscard]] Part part_of(const CommonCell& cell) const {
+    Part part{cell.cell().area, {}, 0, 0};
+    const std::array<double, 3> weights = mu.empty() ? std::array<double, 3>{} : cell.at_corners(mu);
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corner corner = cell.corner(k);
+      part.v[k] = {corner.x, corner.y, corner.z1, corner.d(), weights[k]};
+    }
+    const auto& v = cells.t.triangles[cell.triangle].v;
     const auto of = [&](std::span<const double> z) {
       return slope(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]], z[v[0]], z[v[1]], z[v[2]]);
     };
     part.slope1 = of(cells.z1), part.slope2 = of(cells.z2);
     return part;
   }
-  [[nodiscard]] Part part_of(const CellPiece& piece) const {
-    Part part = part_of(piece.cell);  // for its slopes
-    part.area = cell_of(piece).area;
-    const std::array<double, 3> weights = mu.empty() ? std::array<double, 3>{} : at_corners(cells, piece, mu);
-    for (std::size_t k = 0; k < 3; ++k)
-      part.v[k] = {piece.at[k].x, piece.at[k].y, piece.at[k].z1, piece.at[k].d(), weights[k]};
-    return part;
-  }
 };
 
 struct OverlayParts {
-  const Overlay& overlay;
-  const OverlayMesh &m1, &m2;
-  std::span<const double> mu;  // of the nodes of m2 if of_2, else of m1
-  bool of_2;
-  const Clip* clip;  // or nothing
+  const OverlayCells& cells;
+  const OverlayNodeWeight& weight;
 
-  [[nodiscard]] std::size_t items() const { return overlay.items(); }
+  [[nodiscard]] std::size_t items() const { return items_of(cells); }
   template <class F>
   void for_parts(std::size_t begin, std::size_t end, F&& f) const {
-    Overlay::Scratch scratch;
-    Clip::Scratch clip_scratch;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto add = [&](const OverlayCell& c) { for_parts_of(c, [&](const Part& part) { f(i, part); }); };
-      for (const OverlayCell& c : overlay.cells(i, scratch)) {
-        if (clip != nullptr)
-          for_clipped(c, *clip, clip_scratch, add);
-        else
-          add(c);
-      }
-    }
+    for_overlay(cells, begin, end, [&](const OverlayCell& c, std::size_t item) {
+      for_parts_of(c, [&](const Part& part) { f(item, part); });
+    });
   }
 
  private:
   template <class F>
   void for_parts_of(const OverlayCell& c, F&& f) const {
-    Part part{0, {}, slope_of(m1, c.t1), slope_of(m2, c.t2)};
+    Part part{0, {}, slope_of(weight.m1, c.t1), slope_of(weight.m2, c.t2)};
     for (unsigned k = 2; k < c.corners; ++k) {
       part.area = 0.5 * ((c.x[k - 1] - c.x[0]) * (c.y[k] - c.y[0]) - (c.y[k - 1] - c.y[0]) * (c.x[k] - c.x[0]));
       if (!(part.area > 0)) continue;  // without area but for rounding
@@ -105,11 +86,13 @@ struct OverlayParts {
   }
   [[nodiscard]] Vertex vertex(const OverlayCell& c, unsigned k) const {
     const double x = c.origin.x + c.x[k], y = c.origin.y + c.y[k];
-    return {x, y, c.z1[k], c.d(k), mu.empty() ? 0 : linear(of_2 ? m2 : m1, of_2 ? c.t2 : c.t1, {x, y})};
+    return {x, y, c.z1[k], c.d(k), weight.of_node.empty() ? 0 : linear(c, {x, y})};
   }
   /// μ in a triangle, never outside the range of its corners.
-  [[nodiscard]] double linear(const OverlayMesh& m, Index triangle, const Point2& p) const {
-    const auto& v = m.t.triangles[triangle].v;
+  [[nodiscard]] double linear(const OverlayCell& cell, const Point2& p) const {
+    const OverlayMesh& m = weight.of_2 ? weight.m2 : weight.m1;
+    const auto& v = m.t.triangles[weight.of_2 ? cell.t2 : cell.t1].v;
+    const std::span<const double> mu = weight.of_node;
     const Point2 &a = m.xy[v[0]], &b = m.xy[v[1]], &c = m.xy[v[2]];
     const double wa = triangle_area(p, b, c), wb = triangle_area(p, c, a), wc = triangle_area(p, a, b);
     const auto [low, high] = std::minmax({mu[v[0]], mu[v[1]], mu[v[2]]});
@@ -395,10 +378,9 @@ WeightedMeasures weigh(const CellView& cells, std::span<const double> at_nodes, 
   return weighing::weigh(weighing::CommonParts{cells, at_nodes}, weight, context);
 }
 
-WeightedMeasures weigh(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2,
-                       std::span<const double> at_nodes, bool of_2, const Weight& weight, const Clip* clip,
+WeightedMeasures weigh(const OverlayCells& cells, const OverlayNodeWeight& at_nodes, const Weight& weight,
                        const Context& context) {
-  return weighing::weigh(weighing::OverlayParts{overlay, m1, m2, at_nodes, of_2, clip}, weight, context);
+  return weighing::weigh(weighing::OverlayParts{cells, at_nodes}, weight, context);
 }
 
 }  // namespace isopach

@@ -18,8 +18,6 @@
 
 namespace isopach {
 
-class Clip;
-
 /// What the user named as the weight.
 struct WeightSource {
   enum class Kind { none, expression, attribute, raster } kind = Kind::none;
@@ -65,10 +63,15 @@ inline constexpr double weight_tolerance = 1e-7;
 [[nodiscard]] WeightedMeasures weigh(const CellView& cells, std::span<const double> at_nodes, const Weight& weight,
                                      const Context& context);
 
-/// The same over the exact overlay. `at_nodes`: at the nodes of m1 (`of_2` false) or of m2. Slopes are those of the
-/// triangles of m1 and m2. `clip`: cuts the cells, see clip.hpp; may be nothing.
-[[nodiscard]] WeightedMeasures weigh(const Overlay& overlay, const OverlayMesh& m1, const OverlayMesh& m2,
-                                     std::span<const double> at_nodes, bool of_2, const Weight& weight,
-                                     const Clip* clip, const Context& context);
+/// Meshes of an overlay, with a LinearWeight at the nodes of one of them; empty for other weights.
+struct OverlayNodeWeight {
+  const OverlayMesh &m1, &m2;
+  std::span<const double> of_node = {};
+  bool of_2 = false;  ///< of m2, else of m1
+};
+
+/// The same over the exact overlay. Slopes are those of the triangles of both meshes.
+[[nodiscard]] WeightedMeasures weigh(const OverlayCells& cells, const OverlayNodeWeight& at_nodes, const Weight& weight,
+                                     const Context& context);
 
 }  // namespace isopach

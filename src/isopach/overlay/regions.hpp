@@ -57,6 +57,21 @@ void for_triangles(const ConvexCell& cell, F&& f) {
   }
 }
 
+/// The part where `height` of a corner, linear in x, y, z1 and z2, is not negative.
+template <class Height>
+[[nodiscard]] ConvexCell cut(const ConvexCell& cell, Height&& height) {
+  ConvexCell kept;
+  for (unsigned k = 0; k < cell.corners; ++k) {
+    const Corner &p = cell.at[k], &q = cell.at[(k + 1) % cell.corners];
+    const double hp = height(p), hq = height(q);
+    if (hp >= 0) kept.add(p);
+    if ((hp >= 0) == (hq >= 0)) continue;
+    const double t = hp / (hp - hq);
+    kept.add({p.x + t * (q.x - p.x), p.y + t * (q.y - p.y), p.z1 + t * (q.z1 - p.z1), p.z2 + t * (q.z2 - p.z2)});
+  }
+  return kept;
+}
+
 /// A region as its edges: closed rings, even-odd.
 struct Region {
   std::vector<Edge> edges;  ///< vertical ones too

@@ -3,7 +3,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/io/write.hpp"
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/report/words.hpp"
 
@@ -89,10 +89,11 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
     out.attributes.push_back({c.fields_a.lod_name, Array<double>(out.points.size())});
     out.attributes.push_back({"significant", Array<double>(out.points.size())});
   }
-  for (std::size_t i = 0; i < cells.pieces.size(); ++i) {  // clipped: corners of their own
+  const CellView view = cells.view();
+  for (std::size_t i = 0; i < cells.pieces.size(); ++i) {  // cut: corners of their own
     std::array<Index, 3> face{};
     std::array<double, 3> lod{};
-    if (!cells.lod.empty()) lod = at_corners(cells.view(), cells.pieces[i], cells.lod);
+    if (!cells.lod.empty()) lod = of_piece(view, cells.pieces[i]).at_corners(cells.lod);
     for (std::size_t k = 0; k < 3; ++k) {
       const Corner& corner = cells.pieces[i].at[k];
       const std::size_t at = whole + 3 * i + k;

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/measure/clip.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 namespace {
@@ -104,7 +104,8 @@ class Painter {
     if (t >= cells_.triangulation.real) {
       const CellPiece& piece = cells_.pieces[t - cells_.triangulation.real];
       std::array<double, 3> lod{};
-      if (!cells_.lod.empty()) lod = at_corners(cells_.view(), piece, cells_.lod);
+      const CellView view = cells_.view();
+      if (!cells_.lod.empty()) lod = of_piece(view, piece).at_corners(cells_.lod);
       for (std::size_t k = 0; k < 3; ++k) {
         const Corner& p = piece.at[k];
         out[k] = {(p.x - v.left) * v.scale, (v.top - p.y) * v.scale, p.d(), p.z1 - raster_.z_origin, lod[k]};

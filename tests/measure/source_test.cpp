@@ -1,5 +1,5 @@
-// Clipped cells and the budget: against GEOS, cell by cell and polygon by polygon; partitions; bits.
-#include "isopach/measure/clip.hpp"
+// Cells within a domain and the budget: against GEOS, cell by cell and polygon by polygon; partitions; bits.
+#include "isopach/measure/source.hpp"
 
 #include <gtest/gtest.h>
 
@@ -38,7 +38,7 @@ struct Flagged {
     for (Index t = 0; t < s.mesh.triangulation.real; ++t) in_domain.push_back(random.below(9) != 0 ? 1 : 0);
   }
   [[nodiscard]] CellView view() const { return {s.mesh.triangulation, s.mesh.xy, s.z, z2, in_domain, pieces}; }
-  void cut(const Clip& clip) { pieces = clip_cells(view(), in_domain, clip, {}); }
+  void cut(const Domain& domain) { pieces = cut_cells(view(), in_domain, domain, {}); }
 };
 
 /// ∫ over one triangle ∩ polygon of d and of 1, by GEOS alone: the net volume.
@@ -97,14 +97,14 @@ void compare_with_geos(const Points& points, double scale, double step, std::uin
     }
     return sum;
   };
-  const Geometry domain(united(include)->Difference(united(exclude).get()));
-  Clip clip;
-  clip.keep(regions_of(include, 1000));
-  clip.take_away(regions_of(exclude, 1000));
+  const Geometry shape(united(include)->Difference(united(exclude).get()));
+  Domain domain;
+  domain.keep(regions_of(include, 1000));
+  domain.take_away(regions_of(exclude, 1000));
   const Flagged whole = cells;
-  cells.cut(clip);
+  cells.cut(domain);
   const Measures m = measure(cells.view(), {});
-  const Net expected = net_by_geos(whole.view(), *domain);
+  const Net expected = net_by_geos(whole.view(), *shape);
   const double size = scale * scale;
   EXPECT_NEAR(m.area, expected.area, 1e-10 * size) << seed;
   EXPECT_NEAR(m.volume.net, expected.net, 1e-10 * size) << seed;
@@ -114,16 +114,16 @@ void compare_with_geos(const Points& points, double scale, double step, std::uin
   ASSERT_EQ(sums.size(), rows.size());
   for (std::size_t r = 0; r < rows.size(); ++r) {
     const OGRPolygon polygon = to_ogr(rows[r]);
-    const Net row = net_by_geos(whole.view(), *Geometry(domain->Intersection(&polygon)));
+    const Net row = net_by_geos(whole.view(), *Geometry(shape->Intersection(&polygon)));
     EXPECT_NEAR(sums[r].area, row.area, 1e-10 * size) << seed << " " << r;
     EXPECT_NEAR(sums[r].volume.net, row.net, 1e-10 * size) << seed << " " << r;
   }
 }
 
-TEST(Clip, AsByGeosTriangleByTriangle) {
+TEST(Source, AsByGeosTriangleByTriangle) {
   for (std::uint64_t seed = 1; seed <= 3; ++seed) compare_with_geos(uniform(150, seed), 1, 0, seed);
 }
-TEST(Clip, AsByGeosOnGridsThatShareNodesAndSides) {
+TEST(Source, AsByGeosOnGridsThatShareNodesAndSides) {
   for (std::uint64_t seed = 11; seed <= 13; ++seed) compare_with_geos(grid(144, seed), 11, 0.5, seed);
 }
 
@@ -193,11 +193,11 @@ void expect_distribution(const Source& cells) {
   EXPECT_NEAR(binned, area, 1e-12 * area);
 }
 
-TEST(Clip, InsideAndOutsideAreTheWholeForEveryMeasure) {
+TEST(Source, InsideAndOutsideAreTheWholeForEveryMeasure) {
   const auto polygons = random_polygons(4, 6, 1, 0);
   const Flagged whole(uniform(2000, 9), 3);
   Flagged in = whole, out = whole;
-  Clip keep, take;
+  Domain keep, take;
   keep.keep(regions_of(polygons, 4000));
   take.take_away(regions_of(polygons, 4000));
   in.cut(keep);
@@ -221,9 +221,9 @@ void expect_parts_of(const WeightedMeasures& in, const WeightedMeasures& out, co
 
 // What is inside and what is outside add up to the whole: for a weight at the nodes and for a formula of degree 4 with
 // slopes, both exact on every piece.
-TEST(Clip, WeightsAreCutOnEitherSurface) {
+TEST(Source, WeightsAreCutOnEitherSurface) {
   const auto polygons = random_polygons(6, 5, 1, 0);
-  Clip keep, take;
+  Domain keep, take;
   keep.keep(regions_of(polygons, 2000));
   take.take_away(regions_of(polygons, 2000));
   const Flagged whole(uniform(600, 3), 5);
@@ -242,50 +242,50 @@ TEST(Clip, WeightsAreCutOnEitherSurface) {
     const auto of = [&](const Flagged& f) {
       return weigh(f.view(), is_linear ? std::span<const double>(mu) : std::span<const double>(), weight, {});
     };
-    const auto of_overlay = [&](const Clip* clip) {
-      return weigh(overlay, m1, m2, is_linear ? std::span<const double>(mu_2) : std::span<const double>(), true, weight,
-                   clip, {});
+    const auto of_overlay = [&](const Domain& domain) {
+      return weigh({overlay, domain},
+                   {m1, m2, is_linear ? std::span<const double>(mu_2) : std::span<const double>(), true}, weight, {});
     };
     expect_parts_of(of(in), of(out), of(whole), 1e-12);
-    expect_parts_of(of_overlay(&keep), of_overlay(&take), of_overlay(nullptr), 1e-12);
+    expect_parts_of(of_overlay(keep), of_overlay(take), of_overlay(Domain::everything()), 1e-12);
   }
 }
 
-TEST(Clip, DetailIsCutByArea) {
+TEST(Source, DetailIsCutByArea) {
   const auto polygons = random_polygons(3, 5, 1, 0);
-  Clip keep, take;
+  Domain keep, take;
   keep.keep(regions_of(polygons, 2000));
   take.take_away(regions_of(polygons, 2000));
   const Couple couple(rough(uniform(200, 1), 2), rough(uniform(900, 3), 4));
   const OverlayMesh m1 = couple.first(), m2 = couple.second();
-  const auto in = detail_measure(m1, m2, false, &keep, {}), out = detail_measure(m1, m2, false, &take, {}),
-             all = detail_measure(m1, m2, false, nullptr, {});
+  const auto in = detail_measure(m1, m2, false, keep, {}), out = detail_measure(m1, m2, false, take, {}),
+             all = detail_measure(m1, m2, false, Domain::everything(), {});
   ASSERT_TRUE(in && out && all);
   EXPECT_GT(in->area, 0.1 * all->area);
   EXPECT_NEAR(in->area + out->area, all->area, 1e-13);
   EXPECT_NEAR(in->rho * in->area + out->rho * out->area, all->rho * all->area, 1e-13);
   EXPECT_NEAR(in->mean * in->area + out->mean * out->area, all->mean * all->area, 1e-13);
   EXPECT_LT(in->averaged, all->averaged);
-  Clip far;
+  Domain far;
   far.keep(regions_of({{{{5, 5}, {6, 5}, {6, 6}}}}, 10));
-  EXPECT_FALSE(detail_measure(m1, m2, false, &far, {}));
+  EXPECT_FALSE(detail_measure(m1, m2, false, far, {}));
 }
 
-TEST(Clip, OverlayIsCutLikeItsCells) {
+TEST(Source, OverlayIsCutLikeItsCells) {
   const Couple couple(rough(uniform(400, 1), 2), rough(uniform(500, 3), 4));
   const Overlay overlay = couple.overlay();
   const auto polygons = random_polygons(8, 5, 1, 0);
-  Clip keep, take;
+  Domain keep, take;
   keep.keep(regions_of(polygons, 3000));
   take.take_away(regions_of(polygons, 3000));
-  const Measures all = measure(overlay, {}), in = measure(ClippedOverlay{overlay, keep}, {}),
-                 out = measure(ClippedOverlay{overlay, take}, {});
-  expect_distribution(ClippedOverlay{overlay, keep});
+  const Measures all = measure(overlay, {}), in = measure(OverlayCells{overlay, keep}, {}),
+                 out = measure(OverlayCells{overlay, take}, {});
+  expect_distribution(OverlayCells{overlay, keep});
   EXPECT_GT(in.area, 0.1);
   EXPECT_NEAR(in.area + out.area, all.area, 1e-12);
   EXPECT_NEAR(in.volume.above + out.volume.above, all.volume.above, 1e-12);
   EXPECT_NEAR(in.volume.below + out.volume.below, all.volume.below, 1e-12);
-  const Measures sums = sum_up(ClippedOverlay{overlay, keep}, {});
+  const Measures sums = sum_up(OverlayCells{overlay, keep}, {});
   EXPECT_EQ(sums.volume.above, in.volume.above);
   Geometry united = std::make_unique<OGRPolygon>();
   for (const Rings& r : polygons) {
@@ -305,7 +305,7 @@ TEST(Clip, OverlayIsCutLikeItsCells) {
       expected += shared_area(to_ogr({corners}), *united);
     }
   EXPECT_NEAR(in.area, expected, 1e-10);
-  const auto rows = budget(ClippedOverlay{overlay, Clip()}, regions_of(cover(1, 5, 7, 0), 3000), {});
+  const auto rows = budget(OverlayCells{overlay, Domain()}, regions_of(cover(1, 5, 7, 0), 3000), {});
   expect_rows_sum_to_whole(all, rows);
   const OverlaySurface surface = surface_of({overlay, keep}, {});
   double area = 0;
@@ -313,19 +313,22 @@ TEST(Clip, OverlayIsCutLikeItsCells) {
   EXPECT_NEAR(area, in.area, 1e-12);
 }
 
-TEST(Clip, SharesOfNodesGiveBackPlaceAndHeight) {
+TEST(Source, SharesOfNodesGiveBackPlaceAndHeight) {
   Flagged cells(uniform(300, 4), 8);
-  Clip clip;
-  clip.keep(regions_of(random_polygons(2, 4, 1, 0), 500));
-  cells.cut(clip);
+  Domain domain;
+  domain.keep(regions_of(random_polygons(2, 4, 1, 0), 500));
+  cells.cut(domain);
   const CellView view = cells.view();
-  for (const CellPiece& piece : cells.pieces) {
-    const auto z1 = at_corners(view, piece, cells.s.z);
-    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(z1[k], piece.at[k].z1, 1e-9);
-  }
+  std::size_t pieces = 0;
+  for_common(view, [&](const CommonCell& cell) {
+    const auto z1 = cell.at_corners(cells.s.z);
+    for (std::size_t k = 0; k < 3; ++k) EXPECT_NEAR(z1[k], cell.corner(k).z1, 1e-9);
+    pieces += cell.piece != nullptr ? 1 : 0;
+  });
+  EXPECT_EQ(pieces, cells.pieces.size());
 }
 
-TEST(Clip, SameBitsForAnyThreadsAndMirroredBySwapping) {
+TEST(Source, SameBitsForAnyThreadsAndMirroredBySwapping) {
   const auto polygons = random_polygons(5, 30, 1, 0);
   const Points points = uniform(20000, 7);
   std::vector<Volume> found;
@@ -333,9 +336,9 @@ TEST(Clip, SameBitsForAnyThreadsAndMirroredBySwapping) {
   for (const int threads : {1, 2, 5})
     run_with_threads(threads, [&] {
       Flagged cells(points, 1);
-      Clip clip;
-      clip.keep(regions_of(polygons, 40000));
-      cells.cut(clip);
+      Domain domain;
+      domain.keep(regions_of(polygons, 40000));
+      cells.cut(domain);
       found.push_back(measure(cells.view(), {}).volume);
       rows.push_back(budget(cells.view(), regions_of(polygons, 40000), {}));
     });
@@ -349,9 +352,9 @@ TEST(Clip, SameBitsForAnyThreadsAndMirroredBySwapping) {
   }
   Flagged swapped(points, 1);
   std::swap(swapped.s.z, swapped.z2);
-  Clip clip;
-  clip.keep(regions_of(polygons, 40000));
-  swapped.cut(clip);
+  Domain domain;
+  domain.keep(regions_of(polygons, 40000));
+  swapped.cut(domain);
   const Volume back = measure(swapped.view(), {}).volume;
   EXPECT_EQ(back.above, found[0].below);
   EXPECT_EQ(back.below, found[0].above);

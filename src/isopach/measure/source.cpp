@@ -1,0 +1,106 @@
+#include "isopach/measure/source.hpp"
+
+#include "isopach/base/parallel.hpp"
+
+namespace isopach {
+namespace {
+
+template <class T>
+void append(std::vector<T>& all, const std::vector<T>& part) {
+  all.insert(all.end(), part.begin(), part.end());
+}
+
+}  // namespace
+
+ConvexCell convex(const CellView& cells, std::size_t triangle) {
+  auto corners = cells.t.triangles[triangle].v;
+  std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());  // however T was made
+  ConvexCell c;
+  for (const Index v : corners) c.add({cells.xy[v].x, cells.xy[v].y, cells.z1[v], cells.z2[v]});
+  return c;
+}
+
+ConvexCell convex(const CellPiece& piece) {
+  ConvexCell c;
+  for (const Corner& corner : piece.at) c.add(corner);
+  return c;
+}
+
+ConvexCell convex(const OverlayCell& cell) {
+  ConvexCell c;
+  for (unsigned k = 0; k < cell.corners; ++k)
+    c.add({cell.origin.x + cell.x[k], cell.origin.y + cell.y[k], cell.z1[k], cell.z2[k]});
+  return c;
+}
+
+std::array<double, 3> CommonCell::shares_of_nodes(std::size_t k) const {
+  const auto& v = cells.t.triangles[triangle].v;
+  const Point2 p{piece->at[k].x, piece->at[k].y};
+  const Point2 &a = cells.xy[v[0]], &b = cells.xy[v[1]], &c = cells.xy[v[2]];
+  std::array<double, 3> shares{triangle_area(p, b, c), triangle_area(a, p, c), triangle_area(a, b, p)};
+  double sum = 0;
+  for (double& share : shares) sum += share = std::max(share, 0.0);  // rounding, on a side
+  for (double& share : shares) share = sum > 0 ? share / sum : 1.0 / 3;
+  return shares;
+}
+
+std::array<double, 3> CommonCell::at_corners(std::span<const double> of_node) const {
+  const auto& v = cells.t.triangles[triangle].v;
+  if (piece == nullptr) return {of_node[v[0]], of_node[v[1]], of_node[v[2]]};
+  std::array<double, 3> values{};
+  for (std::size_t k = 0; k < 3; ++k)
+    for_nodes(k, [&](Index node, double share) { values[k] += share * of_node[node]; });
+  return values;
+}
+
+std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char> in_domain, const Domain& domain,
+                                 const Context& context) {
+  context.check();
+  using Pieces = std::vector<CellPiece>;
+  return reduce_blocks<Pieces>(
+      cells.t.real, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Pieces pieces;
+        Domain::Scratch scratch;
+        for (std::size_t i = begin; i < end; ++i) {
+          if (in_domain[i] == 0) continue;
+          const Regions::Answer answer = domain.split(convex(cells, i), scratch);
+          if (answer == Regions::Answer::all) continue;
+          in_domain[i] = 0;
+          if (answer == Regions::Answer::none) continue;
+          for (const ConvexCell& piece : scratch.pieces)
+            for_triangles(piece, [&](double, const Corner& a, const Corner& b, const Corner& c) {
+              pieces.push_back({static_cast<Index>(i), {a, b, c}});
+            });
+        }
+        return pieces;
+      },
+      [](Pieces& all, const Pieces& part) { append(all, part); });
+}
+
+OverlaySurface surface_of(const OverlayCells& cells, const Context& context) {
+  if (cells.domain.is_everything()) return cells.overlay.surface(context);
+  context.check();
+  using Cells = std::vector<ConvexCell>;
+  const Cells all = reduce_blocks<Cells>(
+      items_of(cells), default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Cells part;
+        for_convex(cells, begin, end, [&](const ConvexCell& c) { part.push_back(c); });
+        return part;
+      },
+      [](Cells& total, const Cells& part) { append(total, part); });
+  OverlaySurface s;
+  for (const ConvexCell& c : all) {
+    const Index first = static_cast<Index>(s.xy.size());
+    for (unsigned k = 0; k < c.corners; ++k) {
+      s.xy.push_back({c.at[k].x, c.at[k].y});
+      s.z1.push_back(c.at[k].z1);
+      s.z2.push_back(c.at[k].z2);
+      if (k >= 2) s.triangles.push_back({first, first + k - 1, first + k});
+    }
+  }
+  return s;
+}
+
+}  // namespace isopach
