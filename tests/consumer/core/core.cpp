@@ -3,7 +3,7 @@
 // a half away: net = 0.25 * 12 in every digit.
 #include <iostream>
 
-#include "isopach/compare/compare.hpp"
+#include "isopach/isopach.hpp"
 
 namespace {
 
