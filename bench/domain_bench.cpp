@@ -14,6 +14,7 @@
 
 #include "isopach/base/random.hpp"
 #include "isopach/compare/compare.hpp"
+#include "isopach/io/polygons.hpp"
 #include "isopach/simulate/scene.hpp"
 
 namespace {
@@ -78,8 +79,8 @@ int main(int argc, char** argv) {
       worst = std::max(worst, std::fabs(net - c.measures.volume.net) / c.measures.volume.absolute);
     };
     timed(plain, {});
-    timed(with_budget, {{}, {}, {path}, {}});
-    timed(with_include, {{path}, {}, {}, {}});
+    timed(with_budget, {{}, {}, {read_polygons(path)}, {}});
+    timed(with_include, {{read_polygons(path)}, {}, {}, {}});
   }
   std::filesystem::remove(path);
   fmt::print("{} polygons, {} + {} points: CPU time with --budget {:.2f}, with --include {:.2f} times that without\n",

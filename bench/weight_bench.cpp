@@ -11,6 +11,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/compare/compare.hpp"
+#include "isopach/io/expression.hpp"
 #include "isopach/simulate/scene.hpp"
 
 namespace {
@@ -24,7 +25,7 @@ Comparison compared(const Cloud& a, const Cloud& b, const WeightSource& weight) 
   return compare(a, b, o, {});
 }
 WeightSource formula(const std::string& text) {
-  return {WeightSource::Kind::expression, WeightSource::Scan::any, text};
+  return {WeightSource::Kind::expression, WeightSource::Scan::any, text, Expression(text, "--weight")};
 }
 
 void row(const std::string& name, const Comparison& c, const std::string& truth) {

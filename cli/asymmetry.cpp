@@ -11,6 +11,7 @@
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
+#include "isopach/io/polygons.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/asymmetry.hpp"
 #include "isopach/report/match.hpp"
@@ -95,14 +96,14 @@ std::vector<StablePart> parse_stable(const std::string& text) {
   return parts;
 }
 
-/// A word that is neither a part nor a file is a wrong word.
-void parse_regions(const std::string& text, AsymmetryOptions& options) {
+/// Whether it names a file. A word that is neither a part nor a file is a wrong word.
+bool parse_regions(const std::string& text, AsymmetryOptions& options) {
   if (text == "halves") options.parts = FaceParts::halves;
-  if (text.empty() || text == "halves" || text == "thirds") return;
+  if (text.empty() || text == "halves" || text == "thirds") return false;
   std::error_code none;
   if (!std::filesystem::exists(text, none))
     throw UsageError(fmt::format("--regions: '{}' is not thirds, halves or a file of polygons", text));
-  options.polygons = text;
+  return true;
 }
 
 }  // namespace
@@ -167,7 +168,7 @@ int run_asymmetry(const Arguments& arguments) {
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.across.empty()) options.across = parse_across(request.across);
-  parse_regions(request.regions, options);
+  const bool has_polygons = parse_regions(request.regions, options);
   if (!request.stable.empty()) options.stable = parse_stable(request.stable);
   if (options.accept_doubt && !direction && !options.across)
     throw UsageError(
@@ -182,6 +183,7 @@ int run_asymmetry(const Arguments& arguments) {
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = options.visible || options.orientation == FaceOrientation::found;
+  if (has_polygons) options.polygons = read_polygons(request.regions);
   const Cloud face = read_cloud(request.face, wanted, run.context());
   const double read_s = watch.lap();
   Asymmetry a = asymmetry(face, options, run.context());

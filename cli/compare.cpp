@@ -12,6 +12,7 @@
 #include "cli/parse.hpp"
 #include "cli/registration.hpp"
 #include "cli/scans.hpp"
+#include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/compare.hpp"
@@ -41,6 +42,7 @@ constexpr const char* footer =
 struct Request {
   std::string path_a, path_b, pose_path;
   CompareOptions options;
+  AreaPaths area;
   std::vector<std::string> fail_above;
   RegistrationError registration;
   CLI::Option* model = nullptr;  // --uncertainty-model
@@ -157,15 +159,15 @@ void add_measure_options(Command& command, Request& request) {
               "Alpha shape: triangles of a scan with a circumradius above this, in the unit of x and y, are no part of "
               "it (default: any)")
       ->check(positive());
-  command.option("--include", "POLYGONS", options.area.include,
+  command.option("--include", "POLYGONS", request.area.include,
                  "Measure inside these polygons alone, cells cut exactly; GeoJSON, GeoPackage, Shapefile, KML or "
                  "FlatGeobuf, in the x and y of "
                  "the scans; repeatable. Each polygon gets a row of volumes (budget.csv)");
-  command.option("--exclude", "POLYGONS", options.area.exclude, "Do not measure inside these polygons; repeatable");
-  command.option("--budget", "POLYGONS", options.area.budget,
+  command.option("--exclude", "POLYGONS", request.area.exclude, "Do not measure inside these polygons; repeatable");
+  command.option("--budget", "POLYGONS", request.area.budget,
                  "A row of volumes for each of these polygons; what is measured stays as it is; repeatable");
   command
-      .option("--mask", "RASTER", options.area.mask, "Do not measure where a pixel of this raster is 0 or has no data")
+      .option("--mask", "RASTER", request.area.mask, "Do not measure where a pixel of this raster is 0 or has no data")
       ->check(not_empty());
   command.choice<LocateMethod>(
       "--locate", options.locate,
@@ -312,6 +314,8 @@ int run_compare(const Arguments& arguments) {
     if (s->kind == SigmaSource::Kind::attribute) wanted.attributes.push_back(s->name);
   if (request.options.weight.kind == WeightSource::Kind::attribute)
     wanted.attributes.push_back(request.options.weight.text);
+  request.options.area = read_area(request.area, run.context());  // before the scans: these take longer
+  read_rasters(request.options, run.context());
   Cloud a = read_cloud(request.path_a, wanted, run.context());
   Cloud b = read_cloud(request.path_b, wanted, run.context());
   if (request.visible) {

@@ -11,6 +11,7 @@
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/agreement.hpp"
@@ -289,6 +290,7 @@ int run_match(const Arguments& arguments) {
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;  // files that have some may be nominal meshes
   if (compare.weight.kind == WeightSource::Kind::attribute) wanted.attributes.push_back(compare.weight.text);
+  read_rasters(compare, run.context());
   Cloud moving = read_cloud(request.moving, wanted, run.context());
   Cloud fixed = read_cloud(request.fixed, wanted, run.context());
   if (request.visible) {

@@ -1,6 +1,6 @@
 # GDAL is not linked: io/gdal.cpp loads it when a file asks for it, from the shared library that is found here. Without
-# ISOPACH_GDAL neither it nor its headers are needed. Call after the target isopach is defined.
-function(isopach_use_gdal)
+# ISOPACH_GDAL neither it nor its headers are needed. `target` compiles io/gdal*.cpp.
+function(isopach_use_gdal target)
   set(room ${PROJECT_SOURCE_DIR}/src/isopach/io)
   get_target_property(library GDAL::GDAL LOCATION)
   file(REAL_PATH ${library} real)
@@ -22,8 +22,8 @@ function(isopach_use_gdal)
     set(name ${folder}/${name})
   endif()
   set_source_files_properties(${room}/gdal.cpp PROPERTIES COMPILE_DEFINITIONS ISOPACH_GDAL_LIBRARY="${name}")
-  target_include_directories(isopach SYSTEM PRIVATE
+  target_include_directories(${target} SYSTEM PRIVATE
     $<BUILD_INTERFACE:$<TARGET_PROPERTY:GDAL::GDAL,INTERFACE_INCLUDE_DIRECTORIES>> $<BUILD_INTERFACE:${PROJ_INCLUDE_DIRS}>)
-  target_link_libraries(isopach PRIVATE ${CMAKE_DL_LIBS})
+  target_link_libraries(${target} PRIVATE ${CMAKE_DL_LIBS})
   message(STATUS "GDAL is loaded on demand, as ${name}")
 endfunction()

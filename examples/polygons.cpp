@@ -1,26 +1,21 @@
 // Volumes by polygon: a budget of two halves of a lifted plane.
 #include <cmath>
-#include <filesystem>
-#include <fstream>
 #include <iostream>
 
 #include "isopach/compare/compare.hpp"
 #include "isopach/simulate/scene.hpp"
 
 int main() try {
-  const auto file = std::filesystem::temp_directory_path() / "isopach-example-polygons.geojson";
-  std::ofstream(file) << R"({"type": "FeatureCollection", "features": [
-    {"type": "Feature", "properties": {"name": "west"}, "geometry": {"type": "Polygon", "coordinates":
-      [[[-1000, -1000], [40, -1000], [40, 1000], [-1000, 1000], [-1000, -1000]]]}},
-    {"type": "Feature", "properties": {"name": "east"}, "geometry": {"type": "Polygon", "coordinates":
-      [[[40, -1000], [1000, -1000], [1000, 1000], [40, 1000], [40, -1000]]]}}]})";
+  isopach::PolygonSet halves;  // or isopach::read_polygons("halves.geojson"), from isopach/io/polygons.hpp
+  halves.path = "halves";      // its name in messages
+  halves.polygons = {{"west", {{{-1000, -1000}, {40, -1000}, {40, 1000}, {-1000, 1000}}}},
+                     {"east", {{{40, -1000}, {1000, -1000}, {1000, 1000}, {40, 1000}}}}};
 
   const isopach::Context context;
   const isopach::Scene scene = isopach::make_scene("plane", isopach::scene_defaults("plane"), context);
   isopach::CompareOptions options;
-  options.area.budget = {file.string()};  // rows; options.area.include would also limit what is measured
+  options.area.budget = {halves};  // rows; options.area.include would also limit what is measured
   const isopach::Comparison c = isopach::compare(scene.a, scene.b, options, context);
-  std::filesystem::remove(file);
 
   double net = 0;
   for (const isopach::BudgetRow& row : c.budget) {

@@ -21,22 +21,28 @@ if not commands.is_file():
 ENTRIES = json.loads(commands.read_text())
 
 
+def words_of(entry):
+    """The command from the compiler on, without its input and output."""
+    words = shlex.split(entry["command"])
+    words = words[next(i for i, word in enumerate(words) if re.search(r"(?:\+\+|cc)(?:-\d+)?$", word)):]
+    pairs = list(zip([""] + words, words))
+    return [word for before, word in pairs if word not in ("-o", "-c") and before not in ("-o", "-c")]
+
+
 def flags():
-    """Compiler and include flags of the library, taken from its build."""
+    """Compiler and flags of the library, with the folders of headers of all of its parts."""
+    found = []
     for entry in ENTRIES:
-        if "/src/isopach/" in entry["file"]:
-            words = shlex.split(entry["command"])
-            words = words[next(i for i, word in enumerate(words) if re.search(r"(?:\+\+|cc)(?:-\d+)?$", word)):]
-            keep, skip = [], False
-            for word in words:
-                if skip:
-                    skip = False
-                elif word in ("-o", "-c"):
-                    skip = True
-                else:
-                    keep.append(word)
-            return keep
-    finish("headers", [("build/release/compile_commands.json", 1, "has no file of the library")])
+        if "/src/isopach/" not in entry["file"]:
+            continue
+        words = words_of(entry)
+        found = found or words
+        for before, word in zip(words, words[1:]):
+            if before == "-isystem" and word not in found:
+                found += [before, word]
+    if not found:
+        finish("headers", [("build/release/compile_commands.json", 1, "has no file of the library")])
+    return found
 
 
 FLAGS = [word for word in flags() if not re.match(r"-O|-g|-Wpedantic|.*_EXPORTS", word)]

@@ -1,14 +1,20 @@
 #!/usr/bin/env python3
-"""Folders of src/isopach include only folders above them, in the order of the data. io sees no triangulation."""
+"""Folders of src/isopach include only folders before them, in the order of the data; the core does not know io, nor what
+io and report are linked with."""
 
 import re
 
 from common import code_of, finish, tracked
 
-ORDER = ["base", "geom", "cloud", "io", "field", "delaunay", "overlay", "measure", "compare", "distance", "match", "tiles",
-         "apps", "simulate", "report"]
+CORE = ["base", "geom", "cloud", "field", "delaunay", "overlay", "measure", "compare", "distance", "match", "tiles", "apps",
+        "simulate"]
+ORDER = ["base", "geom", "cloud", "io", *CORE[CORE.index("field"):], "report"]
+FORBIDDEN = {folder: {"io"} for folder in CORE}
 # delaunay knows points in the plane and nothing else: it can be lifted out alone.
-FORBIDDEN = {"delaunay": {"cloud", "io", "field"}}
+FORBIDDEN["delaunay"] |= {"cloud", "field"}
+# Libraries that not every part of isopach is linked with: the first letters of their headers, and where they may stand.
+LIBRARIES = {"gdal": "io", "ogr": "io", "cpl_": "io", "proj": "io", "laszip": "io", "muParser": "io", "fast_float": "io",
+             "cairo": "report", "png": "report"}
 
 found = []
 for name in tracked("src/isopach"):
@@ -22,6 +28,10 @@ for name in tracked("src/isopach"):
         found.append((name, 1, f"folder '{folder}' has no place in the order {' '.join(ORDER)}"))
         continue
     for number, line in enumerate(code_of(name).split("\n"), 1):
+        match = re.match(r'\s*#\s*include\s*<([^>]+)>', line)
+        for library, home in LIBRARIES.items() if match else ():
+            if match.group(1).startswith(library) and folder != home:
+                found.append((name, number, f"<{match.group(1)}> belongs to the part {home}"))
         match = re.match(r'\s*#\s*include\s*["<]isopach/([^/">]+)/', line)
         if not match:
             if re.match(r'\s*#\s*include\s*"(?!isopach/)', line):

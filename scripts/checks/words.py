@@ -3,7 +3,7 @@
 
 import re
 
-from common import code_of, finish, matches, text_of, tracked
+from common import TOKEN, code_of, finish, matches, text_of, tracked
 
 found = []
 
@@ -27,6 +27,15 @@ for name in tracked("src/*.cpp", "src/*.hpp"):
         continue
     for line, word in matches(r"#\s*include\s*<(?:gdal|ogr|cpl_|proj)\w*\.h>", code_of(name)):
         found.append((name, line, f"GDAL's headers belong in io/gdal*: '{word}'"))
+
+# Options belong to the command line. Messages of the library that spell one ("--weight: ...") may become fewer, not more:
+# a new message names its subject in words, and the verb that calls adds the option.
+OPTIONS_SPELLED = 324
+spelled = sum(len(re.findall(r"--[a-z]", token.group())) for name in tracked("src/*.cpp", "src/*.hpp")
+              for token in TOKEN.finditer(text_of(name)) if token.group().startswith(('"', 'R"')))
+if spelled != OPTIONS_SPELLED:
+    why = "the library spells more options" if spelled > OPTIONS_SPELLED else "fewer: lower OPTIONS_SPELLED"
+    found.append(("scripts/checks/words.py", 1, f"{why}: {spelled} of them, OPTIONS_SPELLED is {OPTIONS_SPELLED}"))
 
 # No test is switched off. A skip says why, and the one reason is data that is not there.
 for name in tracked("tests/*.cpp", "tests/*.hpp", "tests/*.py"):

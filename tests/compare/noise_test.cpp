@@ -184,6 +184,19 @@ TEST(Sigma, OfMergedPointsIsThatOfTheirMean) {
   }
 }
 
+TEST(Sigma, MayBeARasterInMemoryAndIsRefusedWhereItWasNotRead) {
+  const Cloud a = rough_cloud(framed_square(200, 451), 452), b = rough_cloud(framed_square(300, 453), 454);
+  Cloud cells;
+  cells.grid = RasterGrid{1, 1, {-1, 3, 0, -1, 0, 3}};
+  cells.points.push_back({0, 0, 0.03});
+  CompareOptions o = options_of(Model::none, 0.03, 0.04);
+  const double constant = *compare(a, b, o, {}).uncertainty.lod;
+  o.uncertainty.sigma1 = {SigmaSource::Kind::raster, 0, "everywhere", RasterValues(cells)};
+  EXPECT_NEAR(*compare(a, b, o, {}).uncertainty.lod, constant, 1e-15);
+  o.uncertainty.sigma1.raster.reset();
+  EXPECT_THROW((void)compare(a, b, o, {}), UsageError);
+}
+
 TEST(LevelOfDetection, IsFromTheSigmasOrGiven) {
   const Cloud a = rough_cloud(framed_square(200, 451), 452), b = rough_cloud(framed_square(300, 453), 454);
   CompareOptions o = options_of(Model::none, 0.03, 0.04);

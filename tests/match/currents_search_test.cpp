@@ -11,6 +11,7 @@
 #include "isopach/match/match.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "tests/match/poses.hpp"
+#include "tests/support/formulas.hpp"
 
 namespace isopach {
 namespace {
@@ -98,7 +99,7 @@ TEST(CurrentsMatch, RefusesWhatCurrentsDoNotKnow) {
     }
   };
   MatchOptions scale, overlap, sigma, weight;
-  weight.compare.weight = {WeightSource::Kind::expression, WeightSource::Scan::any, "1"};
+  weight.compare.weight = test::weight_by("1");
   fails(weight, "--weight");
   scale.freedom.scale = true, overlap.overlap = 0.5, sigma.sigma = -1;
   fails(scale, "--freedom scale"), fails(overlap, "--overlap"), fails(sigma, "--sigma");

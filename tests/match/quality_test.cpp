@@ -10,6 +10,7 @@
 #include "isopach/simulate/scene.hpp"
 #include "tests/match/poses.hpp"
 #include "tests/support/clouds.hpp"
+#include "tests/support/formulas.hpp"
 
 namespace isopach {
 namespace {
@@ -123,13 +124,13 @@ TEST(MatchQuality, WeightsSayWhatCounts) {
   using Kind = WeightSource::Kind;
   options.compare.weight = {Kind::attribute, WeightSource::Scan::any, "left"};
   EXPECT_NEAR(match(moving, fixed, options, {}).pose.m[11], 0, 1e-4);
-  options.compare.weight = {Kind::expression, WeightSource::Scan::any, "x < 0.45"};
+  options.compare.weight = test::weight_by("x < 0.45");
   EXPECT_NEAR(match(moving, fixed, options, {}).pose.m[11], 0, 1e-4);
-  options.compare.weight.text = "x > 0.55";
+  options.compare.weight = test::weight_by("x > 0.55");
   EXPECT_NEAR(match(moving, fixed, options, {}).pose.m[11], -0.01, 1e-4);
-  options.compare.weight.text = "x > 5";
+  options.compare.weight = test::weight_by("x > 5");
   EXPECT_THROW((void)match(moving, fixed, options, {}), InputError);
-  options.compare.weight.text = "x - 5";
+  options.compare.weight = test::weight_by("x - 5");
   EXPECT_THROW((void)match(moving, fixed, options, {}), InputError);
   options.compare.weight = {Kind::attribute, WeightSource::Scan::a, "left"};
   EXPECT_THROW((void)match(moving, fixed, options, {}), InputError);

@@ -12,7 +12,6 @@
 #include "isopach/measure/distribution.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/measure/weight.hpp"
-#include "tests/io/files.hpp"
 #include "tests/overlay/couple.hpp"
 #include "tests/support/oracle.hpp"
 #include "tests/support/polygons.hpp"
@@ -240,9 +239,8 @@ TEST(DetectOverOverlay, HasTheLevelOfBothScansAtEveryVertex) {
 // Inside and outside of the same polygon are the whole; every vertex of the pieces has a level.
 TEST(DetectOverOverlay, IsClippedWithTheDomain) {
   const Cloud a = noisy_cloud(framed_square(200, 51), 52), b = noisy_cloud(framed_square(170, 54), 55);
-  const TempFolder folder;
-  const std::string path = folder / "triangle.geojson";
-  write_file(path, R"({"type":"Polygon","coordinates":[[[0.21,0.2],[0.83,0.3],[0.6,0.77],[0.21,0.2]]]})");
+  PolygonSet triangle;
+  triangle.polygons = {{"triangle", {{{0.21, 0.2}, {0.83, 0.3}, {0.6, 0.77}}}}};
   CompareOptions o;
   o.check_layers = false;
   o.surface = isopach::Surface::overlay;
@@ -250,8 +248,8 @@ TEST(DetectOverOverlay, IsClippedWithTheDomain) {
   o.uncertainty.sigma1 = o.uncertainty.sigma2 = {SigmaSource::Kind::attribute, 0, "noise"};
   const Comparison whole = compare(a, b, o, {});
   CompareOptions inner = o, outer = o;
-  inner.area.include = {path};
-  outer.area.exclude = {path};
+  inner.area.include = {triangle};
+  outer.area.exclude = {triangle};
   const Comparison in = compare(a, b, inner, {}), out = compare(a, b, outer, {});
   ASSERT_EQ(in.overlay_lod.size(), in.overlay_surface.xy.size());
   for (const double lod : in.overlay_lod) EXPECT_GT(lod, 0);

@@ -236,7 +236,8 @@ TEST(Source, WeightsAreCutOnEitherSurface) {
   Random random(7);
   for (double& value : mu) value = random.uniform(0, 3);
   const std::vector<double> mu_2(mu.begin(), mu.begin() + 400);
-  const Weight formula = ExpressionWeight{"1 + x^2*y^2 + slope1/100", {}};
+  const Weight formula = ExpressionWeight{
+      "1 + x²y² + slope1 / 100", [](const Place& p) { return 1 + p.x * p.x * p.y * p.y + p.slope1 / 100; }, {}};
   for (const Weight& weight : {Weight(LinearWeight{}), formula}) {
     const bool is_linear = std::holds_alternative<LinearWeight>(weight);
     const auto of = [&](const Flagged& f) {

@@ -13,6 +13,7 @@
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/measure/quadrature.hpp"
 #include "tests/support/clouds.hpp"
+#include "tests/support/formulas.hpp"
 
 namespace isopach::test {
 namespace {
@@ -137,7 +138,7 @@ Sample rough_sample(std::size_t n, std::uint64_t seed) {
 }
 
 WeightedMeasures weigh_by(const Sample& s, const std::string& formula, const Point3& origin = {}) {
-  return weigh(s.view(), {}, ExpressionWeight{formula, origin}, {});
+  return weigh(s.view(), {}, ExpressionWeight{formula, Expression(formula, "--weight"), origin}, {});
 }
 
 double relative_error(double found, Real expected) {
@@ -549,15 +550,15 @@ TEST(WeightInComparisons, IsTheSameOnBothSurfacesWhereBothAreExact) {
   for (const Surface surface : {Surface::common, Surface::overlay, Surface::both})
     for (const WeightSource& w :
          {WeightSource{Kind::attribute, Scan::any, "trust"}, WeightSource{Kind::attribute, Scan::a, "trust"},
-          WeightSource{Kind::attribute, Scan::b, "trust"}, WeightSource{Kind::expression, Scan::any, "x + 2 * y"},
-          WeightSource{Kind::expression, Scan::any, "z2 - x + y + 0.37 + 0*slope1"}}) {
+          WeightSource{Kind::attribute, Scan::b, "trust"}, weight_by("x + 2 * y"),
+          weight_by("z2 - x + y + 0.37 + 0*slope1")}) {
       const WeightedMeasures m = compared(a, b, w, surface);
       EXPECT_NEAR(m.above, above1 + above0, 1e-10);
       EXPECT_NEAR(m.below, below1 + below0, 1e-10);
       EXPECT_NEAR(m.integral, 1.5, 1e-10);
     }
   // Slopes of the overlay are those of the two meshes.
-  EXPECT_NEAR(compared(a, b, {Kind::expression, Scan::any, "slope2"}, Surface::overlay).integral, std::sqrt(5), 1e-9);
+  EXPECT_NEAR(compared(a, b, weight_by("slope2"), Surface::overlay).integral, std::sqrt(5), 1e-9);
 }
 
 TEST(WeightInComparisons, DoesNotDependOnTheOrderOfThePoints) {
@@ -565,7 +566,7 @@ TEST(WeightInComparisons, DoesNotDependOnTheOrderOfThePoints) {
   Cloud a = rough_cloud(uniform(800, 1), 2), b = rough_cloud(uniform(900, 3), 4);
   for (int i = 0; i < 50; ++i) b.points.push_back({b.points[0].x, b.points[0].y, 0.1 * i});  // one node of many points
   const WeightSource trust{WeightSource::Kind::attribute, WeightSource::Scan::any, "trust"};
-  const WeightSource formula{WeightSource::Kind::expression, WeightSource::Scan::any, "max(0, x - y)"};
+  const WeightSource formula = weight_by("max(0, x - y)");
   for (const Surface surface : {Surface::common, Surface::overlay})
     for (const WeightSource& w : {trust, formula}) {
       const WeightedMeasures once =
@@ -582,13 +583,39 @@ TEST(WeightInComparisons, LeavesThePlainNumbersAlone) {
   CompareOptions o;
   o.check_layers = false;
   const Comparison plain = compare(a, b, o, {});
-  o.weight = {WeightSource::Kind::expression, WeightSource::Scan::any, "2"};
+  o.weight = weight_by("2");
   const Comparison weighted = compare(a, b, o, {});
   EXPECT_FALSE(plain.weighted);
   EXPECT_EQ(plain.measures.rho, weighted.measures.rho);
   EXPECT_NEAR(weighted.weighted->rho, 2 * plain.measures.rho, 1e-12);
   o.interpolation = Interpolation::cubic;
   EXPECT_THROW((void)compare(a, b, o, {}), UsageError);
+}
+
+// What the caller has of it is a function: no parser, no file.
+TEST(WeightInComparisons, MayBeAnyFunctionOrRasterInMemory) {
+  const Cloud a = rough_cloud(uniform(800, 1), 2), b = rough_cloud(uniform(900, 3), 4);
+  using Kind = WeightSource::Kind;
+  const WeightSource named{Kind::expression, WeightSource::Scan::any, "1 + x", [](const Place& p) { return 1 + p.x; }};
+  const RasterValues raster(raster_cloud(2, 1, {-0.5, 1, 0, -0.5, 0, 2}, [](double x, double) { return 1 + x; }));
+  const WeightSource of_raster{Kind::raster, WeightSource::Scan::any, "1 + x", nullptr, raster};
+  for (const Surface surface : {Surface::common, Surface::overlay}) {
+    const WeightedMeasures read = compared(a, b, weight_by("1 + x"), surface);
+    EXPECT_EQ(compared(a, b, named, surface).rho, read.rho);
+    EXPECT_NEAR(compared(a, b, of_raster, surface).rho, read.rho, 1e-12);  // linear: bilinear is the same
+  }
+}
+
+TEST(WeightInComparisons, RefusesWhatIsNamedButNotRead) {
+  const Cloud a = rough_cloud(uniform(80, 1), 2), b = rough_cloud(uniform(90, 3), 4);
+  for (const auto kind : {WeightSource::Kind::expression, WeightSource::Kind::raster}) {
+    try {
+      (void)compared(a, b, {kind, WeightSource::Scan::any, "w.tif"}, Surface::common);
+      ADD_FAILURE() << to_text(kind);
+    } catch (const UsageError& e) {
+      EXPECT_NE(std::string(e.what()).find("'w.tif' was named but not read"), std::string::npos) << e.what();
+    }
+  }
 }
 
 }  // namespace

@@ -14,6 +14,7 @@
 #include "isopach/io/read.hpp"
 #include "isopach/match/match.hpp"
 #include "tests/support/clouds.hpp"
+#include "tests/support/formulas.hpp"
 #include "tests/support/json_schema.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -47,7 +48,7 @@ TEST(MatchReport, JsonIsThatOfTheSchema) {
   options.freedom.scale = true;
   MatchOptions pose_only;
   pose_only.judge = false;
-  pose_only.compare.weight = {WeightSource::Kind::expression, WeightSource::Scan::any, "1 + x"};
+  pose_only.compare.weight = test::weight_by("1 + x");
   for (const Matching& m : {sample(), sample(options), sample(pose_only)}) {
     const Json json = Json::parse(match_json(m, {"pose.txt"}));
     for (const std::string& violation : test::SchemaCheck::violations(schema, json)) ADD_FAILURE() << violation;

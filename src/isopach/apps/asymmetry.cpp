@@ -333,12 +333,12 @@ Upright drawn_place(const Frame& view, const Upright& place) {
   return moved;
 }
 
-FacePolygons read_polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o, const Frame& frame, Asymmetry& a,
-                                   const Context& context) {
+FacePolygons polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o, const Frame& frame, Asymmetry& a,
+                              const Context& context) {
   FacePolygons polygons;
-  if (o.polygons.empty()) return polygons;
-  stages::NamedRegions file = stages::read_regions("--regions", o.polygons, drawn_frame(frame), cloud.crs,
-                                                   o.compare.allow_crs, a.warnings, context);
+  if (!o.polygons) return polygons;
+  stages::NamedRegions file = stages::regions_of("--regions", *o.polygons, drawn_frame(frame), cloud.crs,
+                                                 o.compare.allow_crs, a.warnings, context);
   polygons.names = std::move(file.names);
   for (Region& region : file.regions) {
     std::vector<Region> one;
@@ -351,7 +351,7 @@ FacePolygons read_polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o
 /// `drawn`: from the coordinates of the polygons to those of the face.
 void describe_regions(FacePolygons polygons, const Upright& drawn, Asymmetry& a, const Context& context) {
   const CellView cells = a.comparison.cells.view();
-  if (a.options.polygons.empty()) {
+  if (!a.options.polygons) {
     a.regions = face_regions(cells, a.options.parts, context);
     return;
   }
@@ -364,7 +364,7 @@ void describe_regions(FacePolygons polygons, const Upright& drawn, Asymmetry& a,
       any = true;
     } else {
       a.warnings.push_back(fmt::format("--regions: {}: polygon '{}' holds no place that is scanned on both sides",
-                                       a.options.polygons, a.regions[k].name));
+                                       a.options.polygons->path, a.regions[k].name));
     }
   }
   if (!any)
@@ -372,7 +372,7 @@ void describe_regions(FacePolygons polygons, const Upright& drawn, Asymmetry& a,
         fmt::format("--regions: {}: none of its polygons holds a part of the face that is scanned on both "
                     "sides: give them in x and y of the scan (for a face that looks along y in x and z, along x in y "
                     "and z)",
-                    a.options.polygons));
+                    a.options.polygons->path));
 }
 
 /// A copy of the file's description without its points.
@@ -461,7 +461,7 @@ Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context
   a.face = view.summary;
   warn_of_pose(options, view.frame, a);
   const Point3 across = across_in_view(across_of(in_force, a, view.frame), view.frame);
-  FacePolygons polygons = read_polygons_of_face(cloud, in_force, view.frame, a, context);
+  FacePolygons polygons = polygons_of_face(cloud, in_force, view.frame, a, context);
 
   clock.start("start");
   const bool known = options.orientation == FaceOrientation::found && !sides_overruled(options, a.pose);

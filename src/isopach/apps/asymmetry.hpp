@@ -33,8 +33,8 @@ struct AsymmetryOptions {
   bool visible = false;  ///< of a file with faces: points behind a face (inside of the mouth, back) are left out; of
                          ///< a face that is found so in any case
   FaceParts parts = FaceParts::thirds;
-  std::string polygons;      ///< file of regions to tell instead of parts: in the two axes of the file that the face
-                             ///< looks across (x and y for a face that looks along z)
+  std::optional<PolygonSet> polygons;  ///< regions to tell instead of parts: in the two axes of the file that the face
+                                       ///< looks across (x and y for a face that looks along z)
   double overlap = 0;        ///< share of the common area that the plane is fitted to; 0: all that is symmetric
   int max_iterations = 100;  ///< of each of the few searches
   bool accept_doubt =
@@ -94,7 +94,7 @@ struct Asymmetry {
 /// differs more than noise (see match). Cost: that of some matchings and a comparison with noise floor. A function of
 /// the set of points, the same bits for any number of threads. Errors: UsageError for options, OverlapError where no
 /// part of the scan lies over its mirror image or no face is found, InputError as `project`, for polygons as
-/// stages::read_regions and where none of them holds a part of the face, and where heights have another unit than x and
+/// stages::regions_of and where none of them holds a part of the face, and where heights have another unit than x and
 /// y. Test: tests/apps/asymmetry_test.cpp, tests/apps/asymmetry_pose_test.cpp.
 [[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
 

@@ -72,7 +72,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   const stages::AreaOfInterest area(c, context);
   const stages::MergedSpreads spreads = stages::merged_spreads(cloud_a, cloud_b, pair, options);
   stages::NodeSigmas sigmas = stages::sigmas_of_nodes(cloud_a, cloud_b, pair, options, context);
-  stages::NodeWeight weight = stages::weight_of_nodes(cloud_a, cloud_b, pair, c, context);
+  stages::NodeWeight weight = stages::weight_of_nodes(cloud_a, cloud_b, pair, c);
 
   clock.start("delaunay");  // 1. T1, T2: O(n log n)
   triangulate(pair, context);

@@ -5,9 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "isopach/io/crs.hpp"
-#include "isopach/io/polygons.hpp"
-
 namespace isopach::stages {
 
 namespace {
@@ -21,36 +18,42 @@ void check_direction(const Frame& frame, const std::string& option) {
         "scans first (isopach convert --pose)");
 }
 
-void check_crs(const std::string& option, const std::string& path, const std::string& crs, const std::string& of_scans,
-               bool allowed) {
-  if (allowed || crs.empty() || of_scans.empty() || same_crs(crs, of_scans)) return;
+// `given`: a PolygonSet or a Mask.
+template <class Given>
+void check_crs(const std::string& option, const Given& given, const std::string& of_scans, bool allowed) {
+  const std::string& crs = given.crs;
+  if (allowed || crs.empty() || of_scans.empty() || crs == of_scans) return;
+  if (given.geo.same_crs && given.geo.same_crs(crs, of_scans)) return;
+  const auto short_name = [&](const std::string& text) {
+    return given.geo.short_name ? given.geo.short_name(text) : text;
+  };
   throw InputError(
       fmt::format("{}: {}: its CRS is {}, that of the scans {}: reproject it (ogr2ogr -t_srs), or pass "
                   "--allow-crs if the coordinates are right",
-                  path, option, short_name(crs), short_name(of_scans)));
+                  given.path, option, short_name(crs), short_name(of_scans)));
 }
 
-std::vector<Edge> in_frame(std::vector<Edge> edges, const Frame& frame) {
+std::vector<Edge> moved(std::vector<Edge> edges, const Frame& frame) {
   for (Edge& e : edges)
     for (Point2* p : {&e.a, &e.b}) {
-      const Point3 moved = frame.to_field({p->x, p->y, 0});
-      *p = {moved.x, moved.y};
+      const Point3 at = frame.to_field({p->x, p->y, 0});
+      *p = {at.x, at.y};
     }
   return edges;
 }
 
-Region region_of(Polygon polygon, const std::string& path, const Frame& frame, std::vector<std::string>& warnings) {
+Region region_of(Polygon polygon, const PolygonSet& file, const Frame& frame, std::vector<std::string>& warnings) {
   for (auto& ring : polygon.rings)
     for (Point2& p : ring) {
-      const Point3 moved = frame.to_field({p.x, p.y, 0});
-      p = {moved.x, moved.y};
+      const Point3 here = frame.to_field({p.x, p.y, 0});
+      p = {here.x, here.y};
     }
   Region region;
   region.edges = edges_of(polygon);
   Point2 at{};
   auto parts = trapezoids(region.edges, &at);
   if (!parts) {
-    const auto better = mended(polygon);
+    const std::optional<Polygon> better = file.geo.mended ? file.geo.mended(polygon) : std::nullopt;
     if (better) {
       region.edges = edges_of(*better);
       parts = trapezoids(region.edges);
@@ -60,10 +63,10 @@ Region region_of(Polygon polygon, const std::string& path, const Frame& frame, s
       throw InputError(
           fmt::format("{}: polygon '{}' has no area, or crosses itself near ({:.10g}, {:.10g}) in a way "
                       "that could not be mended: mend the file",
-                      path, polygon.name, where.x, where.y));
+                      file.path, polygon.name, where.x, where.y));
     warnings.push_back(fmt::format(
         "{}: polygon '{}' crosses itself or doubles a side near ({:.10g}, {:.10g}); it was mended: check its area",
-        path, polygon.name, where.x, where.y));
+        file.path, polygon.name, where.x, where.y));
   }
   region.parts = std::move(*parts);
   return region;
@@ -99,29 +102,30 @@ void check_degrees(const std::string& option, const std::string& path, const Box
       scans.min.y, scans.max.y));
 }
 
-class Reader {
+/// What the options name, as regions of the frame of the comparison.
+class InFrame {
  public:
-  Reader(Comparison& c, const Context& context)
+  InFrame(Comparison& c, const Context& context)
       : options_(c.options),
         crs_(!c.a.crs.empty() ? c.a.crs : c.b.crs),
         cells_(2 * (c.a.nodes + c.b.nodes)),
         c_(c),
         context_(context) {}
 
-  std::vector<Region> read(const std::string& option, const std::vector<std::string>& paths,
-                           std::vector<BudgetRow>* rows) {
+  std::vector<Region> regions(const std::string& option, const std::vector<PolygonSet>& sets,
+                              std::vector<BudgetRow>* rows) {
     std::vector<Region> regions;
-    for (const std::string& path : paths) {
-      NamedRegions file = read_regions(option, path, c_.frame, crs_, options_.allow_crs, c_.warnings, context_);
+    for (const PolygonSet& set : sets) {
+      NamedRegions file = regions_of(option, set, c_.frame, crs_, options_.allow_crs, c_.warnings, context_);
       Box3 scans = c_.a.bounds;
       scans.add(c_.b.bounds);
-      check_degrees(option, path, box_of(file.regions, c_.frame), scans);
+      check_degrees(option, set.path, box_of(file.regions, c_.frame), scans);
       for (Region& region : file.regions) regions.push_back(std::move(region));
       if (rows == nullptr) continue;
       for (std::string& name : file.names) {
         BudgetRow row;
         row.name = std::move(name);
-        row.file = path;
+        row.file = set.path;
         row.restricts = option == "--include";
         rows->push_back(std::move(row));
       }
@@ -129,16 +133,15 @@ class Reader {
     return regions;
   }
 
-  Region read_mask(const std::string& path) {
+  Region region(const Mask& mask) {
     check_direction(c_.frame, "--mask");
-    Mask mask = isopach::read_mask(path, context_);
-    check_crs("--mask", path, mask.crs, crs_, options_.allow_crs);
-    for (std::string& note : mask.notes) c_.warnings.push_back(path + ": " + note);
+    check_crs("--mask", mask, crs_, options_.allow_crs);
+    for (const std::string& note : mask.notes) c_.warnings.push_back(mask.path + ": " + note);
     Region region;
-    region.edges = in_frame(std::move(mask.edges), c_.frame);
+    region.edges = moved(mask.edges, c_.frame);
     auto parts = trapezoids(region.edges);
     if (!parts)
-      throw InputError(path +
+      throw InputError(mask.path +
                        ": --mask: its pixels are too small for its coordinates: use a raster with larger pixels");
     region.parts = std::move(*parts);
     return region;
@@ -181,37 +184,35 @@ void warn_of_empty_rows(Comparison& c) {
 
 }  // namespace
 
-NamedRegions read_regions(const std::string& option, const std::string& path, const Frame& frame,
-                          const std::string& crs, bool allow_crs, std::vector<std::string>& warnings,
-                          const Context& context) {
+NamedRegions regions_of(const std::string& option, const PolygonSet& file, const Frame& frame, const std::string& crs,
+                        bool allow_crs, std::vector<std::string>& warnings, const Context& context) {
   check_direction(frame, option);
-  PolygonFile file = read_polygons(path);
-  check_crs(option, path, file.crs, crs, allow_crs);
-  for (std::string& note : file.notes) warnings.push_back(std::move(note));
+  check_crs(option, file, crs, allow_crs);
+  for (const std::string& note : file.notes) warnings.push_back(note);
   NamedRegions found;
-  for (Polygon& polygon : file.polygons) {
+  for (const Polygon& polygon : file.polygons) {
     context.check();
     found.names.push_back(polygon.name);
-    found.regions.push_back(region_of(std::move(polygon), path, frame, warnings));
+    found.regions.push_back(region_of(polygon, file, frame, warnings));
   }
   return found;
 }
 
 AreaOfInterest::AreaOfInterest(Comparison& c, const Context& context) {
   const CompareOptions& options = c.options;
-  Reader reader(c, context);
-  std::vector<Region> include = reader.read("--include", options.area.include, &rows_);
-  std::vector<Region> rows_alone = reader.read("--budget", options.area.budget, &rows_);
-  if (!rows_.empty()) polygons_ = reader.index(joined(include, std::move(rows_alone)));
+  InFrame in_frame(c, context);
+  std::vector<Region> include = in_frame.regions("--include", options.area.include, &rows_);
+  std::vector<Region> rows_alone = in_frame.regions("--budget", options.area.budget, &rows_);
+  if (!rows_.empty()) polygons_ = in_frame.index(joined(include, std::move(rows_alone)));
   for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i].polygon_area = polygons_.area(i);
-  if (!include.empty()) domain_.keep(reader.index(std::move(include)));
-  if (!options.area.mask.empty()) {
+  if (!include.empty()) domain_.keep(in_frame.index(std::move(include)));
+  if (options.area.mask) {
     std::vector<Region> mask;
-    mask.push_back(reader.read_mask(options.area.mask));
-    domain_.keep(reader.index(std::move(mask)));
+    mask.push_back(in_frame.region(*options.area.mask));
+    domain_.keep(in_frame.index(std::move(mask)));
   }
-  std::vector<Region> exclude = reader.read("--exclude", options.area.exclude, nullptr);
-  if (!exclude.empty()) domain_.take_away(reader.index(std::move(exclude)));
+  std::vector<Region> exclude = in_frame.regions("--exclude", options.area.exclude, nullptr);
+  if (!exclude.empty()) domain_.take_away(in_frame.index(std::move(exclude)));
 }
 
 void AreaOfInterest::fill(const std::vector<RegionSums>& sums, Comparison& c) const {

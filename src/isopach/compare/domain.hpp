@@ -11,25 +11,25 @@
 
 namespace isopach::stages {
 
-/// Polygons of a file in a frame: each with its name.
+/// Polygons in a frame: each with its name.
 struct NamedRegions {
   std::vector<std::string> names;
   std::vector<Region> regions;
 };
 
-/// Reads what `option` names. `crs`: of the scans, empty if unknown. Throws UsageError where the direction of `frame`
-/// is not z; InputError for files (see io/polygons.hpp), polygons that cannot be mended and, unless `allow_crs`, a CRS
-/// that is not that of the scans. Polygons that were mended are named in `warnings`.
-[[nodiscard]] NamedRegions read_regions(const std::string& option, const std::string& path, const Frame& frame,
-                                        const std::string& crs, bool allow_crs, std::vector<std::string>& warnings,
-                                        const Context& context);
+/// The polygons of `option` in a frame. `crs`: of the scans, empty if unknown. Throws UsageError where the direction of
+/// `frame` is not z; InputError naming the file for polygons that cannot be mended and, unless `allow_crs`, a CRS that
+/// is not that of the scans. The notes of the file go into `warnings`, and so do polygons that were mended.
+[[nodiscard]] NamedRegions regions_of(const std::string& option, const PolygonSet& file, const Frame& frame,
+                                      const std::string& crs, bool allow_crs, std::vector<std::string>& warnings,
+                                      const Context& context);
 
-/// Reads --include, --exclude, --mask and --budget and brings them into the frame of the comparison.
-/// Domain = what the scans share ∩ ∪ include ∩ mask ∖ ∪ exclude. Rows of the budget: every polygon of --include and of
-/// --budget, over its part of that domain.
+/// The polygons and the mask of options.area, brought into the frame of the comparison.
+/// Domain = what the scans share ∩ ∪ include ∩ mask ∖ ∪ exclude. Rows of the budget: every polygon of include and of
+/// budget, over its part of that domain.
 class AreaOfInterest {
  public:
-  /// What c.options name, for the inputs that c describes. Errors as of read_regions.
+  /// What c.options name, for the inputs that c describes. Errors as of regions_of.
   AreaOfInterest(Comparison& c, const Context& context);
 
   [[nodiscard]] const Domain& domain() const { return domain_; }

@@ -1,9 +1,11 @@
 // CompareOptions: every option of a comparison with its default, unit and reason. Names are those of the command line.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "isopach/field/height_field.hpp"
+#include "isopach/geom/polygons.hpp"
 #include "isopach/geom/rigid.hpp"
 #include "isopach/measure/currents.hpp"
 #include "isopach/measure/uncertainty.hpp"
@@ -25,13 +27,12 @@ enum class BorderRule { trim, hull };
 enum class FoldRule { leave_out, keep };
 enum class LocateMethod { tree, interface, order };  ///< the same answers, see localise*.hpp
 
-/// Files that bound the part of the plane that is measured, see domain.hpp. Default: none.
+/// What bounds the part of the plane that is measured, see domain.hpp; read by io/polygons.hpp. Default: nothing.
 struct AreaOptions {
-  std::vector<std::string> include;  ///< polygons: their union is measured, and each is a row of the budget
-  std::vector<std::string> exclude;  ///< polygons: their union is not
-  std::vector<std::string> budget;   ///< polygons: rows of the budget; what is measured stays as it is
-  std::string mask;                  ///< raster: pixels of 0 are not measured
-  [[nodiscard]] bool empty() const { return include.empty() && exclude.empty() && budget.empty() && mask.empty(); }
+  std::vector<PolygonSet> include;  ///< their union is measured, and each polygon is a row of the budget
+  std::vector<PolygonSet> exclude;  ///< their union is not
+  std::vector<PolygonSet> budget;   ///< rows of the budget; what is measured stays as it is
+  std::optional<Mask> mask;         ///< what lies outside is not measured
 };
 
 struct CompareOptions {

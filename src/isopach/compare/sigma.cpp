@@ -9,7 +9,6 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/noise.hpp"
-#include "isopach/io/raster_values.hpp"
 
 namespace isopach::stages {
 
@@ -17,7 +16,7 @@ namespace {
 
 // σ of each point that became (part of) a node; of no interest elsewhere.
 Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaSource& source,
-                              const std::string& option, const Context& context) {
+                              const std::string& option) {
   Array<double> sigma(cloud.points.size());
   if (source.kind == SigmaSource::Kind::attribute) {
     const Attribute* attribute = cloud.find_attribute(source.name);
@@ -27,7 +26,10 @@ Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaS
     return attribute->values;
   }
   if (source.kind == SigmaSource::Kind::raster) {
-    const RasterValues raster(source.name, option, context);
+    if (!source.raster)
+      throw UsageError(
+          fmt::format("{}: the raster '{}' was named but not read: give its values, too", option, source.name));
+    const RasterValues& raster = *source.raster;
     for_each_index(sigma.size(), [&](std::size_t i) {
       sigma[i] = raster.at(pose.is_identity() ? cloud.points[i] : pose.apply(cloud.points[i]));
     });
@@ -50,7 +52,7 @@ Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaS
 Array<double> sigma_of_nodes(const Cloud& cloud, const Pose& pose, const HeightField& field, const SigmaSource& source,
                              DuplicatePolicy policy, const std::string& option, const Context& context) {
   context.check();
-  const Array<double> of_point = sigma_of_points(cloud, pose, source, option, context);
+  const Array<double> of_point = sigma_of_points(cloud, pose, source, option);
   const std::size_t nodes = field.z.size();
   Array<Index> count(nodes);
   std::fill(count.begin(), count.end(), 0);

@@ -9,7 +9,6 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/expression.hpp"
 #include "isopach/overlay/interpolate.hpp"
 
 namespace isopach::stages {
@@ -58,10 +57,17 @@ void check_weight(const CompareOptions& options) {
   if (options.interpolation == Interpolation::cubic)
     throw UsageError(
         "--weight: it is of two piecewise linear surfaces: leave --interpolation cubic out, or the weight");
-  if (options.weight.kind == Kind::expression) (void)Expression(options.weight.text, "--weight");
 }
 
-NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c, const Context& context) {
+void check_read(const WeightSource& source) {
+  const bool lacks_formula = source.kind == Kind::expression && !source.formula;
+  if (lacks_formula || (source.kind == Kind::raster && !source.raster))
+    throw UsageError(fmt::format("--weight: the {} '{}' was named but not read: give {}, too",
+                                 lacks_formula ? "formula" : "raster", source.text,
+                                 lacks_formula ? "the function" : "its values"));
+}
+
+NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c) {
   const WeightSource& source = c.options.weight;
   NodeWeight w;
   if (source.kind == Kind::none) return w;
@@ -70,6 +76,7 @@ NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Com
   w.origin = {r[0] * o.x + r[1] * o.y + r[2] * o.z, r[3] * o.x + r[4] * o.y + r[5] * o.z,
               r[6] * o.x + r[7] * o.y + r[8] * o.z};
   const std::string& text = source.text;
+  check_read(source);
   if (source.kind == Kind::attribute) {
     const Attribute* of_a = source.scan == From::b ? nullptr : a.find_attribute(text);
     const Attribute* of_b = source.scan == From::a ? nullptr : b.find_attribute(text);
@@ -89,7 +96,7 @@ NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Com
     throw UsageError(
         "--weight: a raster is in x and y, so it goes with --direction z alone: leave the direction, or "
         "give a formula");
-  w.raster.emplace(text, "--weight", context);
+  w.raster = source.raster;
   const std::string& crs = !a.crs.empty() ? a.crs : b.crs;
   if (!crs.empty() && !w.raster->crs().empty() && crs != w.raster->crs())
     c.warnings.push_back("--weight: " + text +
@@ -132,7 +139,7 @@ void Weighting::describe(const Array<double>& at_nodes, const std::optional<Weig
 Weight Weighting::weight() const {
   if (is_attribute()) return LinearWeight{};
   if (weight_.raster) return RasterWeight{*weight_.raster, options_.weight.text, weight_.origin};
-  return ExpressionWeight{options_.weight.text, weight_.origin};
+  return ExpressionWeight{options_.weight.text, options_.weight.formula, weight_.origin};
 }
 
 }  // namespace isopach::stages

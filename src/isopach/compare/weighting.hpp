@@ -9,15 +9,19 @@
 
 namespace isopach::stages {
 
-/// Refuses a weight that contradicts another option, and a formula that is none.
+/// Refuses a weight that contradicts another option.
 void check_weight(const CompareOptions& options);
+
+/// Refuses a formula or a raster that is named but whose function or values are not there.
+void check_read(const WeightSource& source);
 
 /// The mean of the values of the points of each node, whatever their order. Errors, naming --weight and `file`: a value
 /// below 0 or not finite.
 [[nodiscard]] Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute, const HeightField& field,
                                                const std::string& file);
 
-/// What options.weight names, read before any work: the values of an attribute at the nodes of its scan, or a raster.
+/// What options.weight names, looked at before any work: the values of an attribute at the nodes of its scan, or a
+/// raster.
 struct NodeWeight {
   Point3 origin{};  ///< frame coordinates + origin = along the axes of the frame, unshifted
   std::optional<RasterValues> raster;
@@ -25,9 +29,8 @@ struct NodeWeight {
   Array<double> own;
 };
 /// A node of several points has the mean of their values. Errors, naming --weight: no such attribute, a value below 0
-/// or not finite, a raster that cannot be read, or with another direction than z.
-[[nodiscard]] NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c,
-                                         const Context& context);
+/// or not finite, a formula or a raster that was named but not read, a raster with another direction than z.
+[[nodiscard]] NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c);
 
 /// The weight in both surfaces.
 class Weighting {

@@ -111,7 +111,7 @@ void for_each_ring(OGRGeometryH geometry, const Visit& visit) {
 
 class Reader {
  public:
-  explicit Reader(PolygonFile& file) : file_(file) {}
+  explicit Reader(PolygonSet& file) : file_(file) {}
 
   void add(OGRFeatureH feature) {
     const std::size_t number = ++features_;
@@ -158,7 +158,7 @@ class Reader {
     to.rings.push_back(std::move(points));
   }
 
-  PolygonFile& file_;
+  PolygonSet& file_;
   std::size_t features_ = 0, without_ = 0, open_ = 0;
 };
 
@@ -173,7 +173,7 @@ GdalGeometry ring_as_polygon(const std::vector<Point2>& points) {
 
 }  // namespace
 
-PolygonFile read_polygons(const std::string& path) {
+PolygonSet read_polygons(const std::string& path) {
   const Source source(path);
   const GdalMessages messages;
   const NoNetwork alone;
@@ -185,8 +185,9 @@ PolygonFile read_polygons(const std::string& path) {
     fail(path, "this is no file of polygons that can be read" + why +
                    ": use GeoJSON, GeoPackage, Shapefile, KML or FlatGeobuf");
   }
-  PolygonFile file;
+  PolygonSet file;
   file.path = path;
+  file.geo = geo_functions();
   Reader reader(file);
   const int layers = gdal().GDALDatasetGetLayerCount(data.get());
   for (int i = 0; i < layers; ++i) {

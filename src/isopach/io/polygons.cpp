@@ -5,16 +5,12 @@
 #include <cmath>
 
 #include "isopach/base/error.hpp"
+#include "isopach/io/crs.hpp"
 #include "isopach/io/raster.hpp"
 
 namespace isopach {
 
-std::vector<Edge> edges_of(const Polygon& polygon) {
-  std::vector<Edge> edges;
-  for (const auto& ring : polygon.rings)
-    for (std::size_t i = 0; i < ring.size(); ++i) edges.push_back({ring[i], ring[i + 1 == ring.size() ? 0 : i + 1]});
-  return edges;
-}
+GeoFunctions geo_functions() { return {mended, same_crs, short_name}; }
 
 namespace {
 
@@ -102,6 +98,7 @@ Mask read_mask(const std::string& path, const Context& context) {
   mask.crs = raster.crs;
   mask.notes = std::move(raster.notes);
   mask.edges = Outline(grid, in).edges();
+  mask.geo = geo_functions();
   return mask;
 }
 

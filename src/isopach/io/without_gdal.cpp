@@ -49,7 +49,7 @@ void gdal_write_raster(const std::string& path, const Cloud&, Array<double>, con
   refuse(path + ": writing a raster", "write another format");
 }
 
-PolygonFile read_polygons(const std::string& path) { refuse(path + ": reading polygons"); }
+PolygonSet read_polygons(const std::string& path) { refuse(path + ": reading polygons"); }
 
 std::optional<Polygon> mended(const Polygon& polygon) {
   refuse("mending the polygon '" + polygon.name + "'", "draw it without crossings");

@@ -99,7 +99,7 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, Pair pair, Matching
   MatchSurface f, g;
   both([&] { f = surface_of(a); }, [&] { g = surface_of(b); });
 
-  apply_weight(moving, fixed, b.field, a.field, pair.frame, m.options.compare, g, f, context);
+  apply_weight(moving, fixed, b.field, a.field, pair.frame, m.options.compare, g, f);
 
   clock.start("search");
   const auto minimise = m.options.objective == Objective::currents ? currents_search : search;

@@ -7,7 +7,6 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/compare/weighting.hpp"
-#include "isopach/measure/expression.hpp"
 
 namespace isopach {
 
@@ -24,8 +23,8 @@ double checked(double value, const std::string& what) {
   return value;
 }
 
-Array<double> by_formula(const std::string& text, const Frame& frame, const MatchSurface& s) {
-  Expression expression(text, "--weight");
+Array<double> by_formula(const WeightSource& weight, const Frame& frame, const MatchSurface& s) {
+  Formula formula = weight.formula;
   const Array<double> slopes = steepness(s);
   const auto& r = frame.rotation;
   const Point3& o = frame.origin;
@@ -34,21 +33,20 @@ Array<double> by_formula(const std::string& text, const Frame& frame, const Matc
   Array<double> values(s.xy.size());
   for (std::size_t i = 0; i < values.size(); ++i) {
     const double z = s.z[i] + origin.z;
-    values[i] =
-        checked(expression({s.xy[i].x + origin.x, s.xy[i].y + origin.y, z, z, slopes[i], slopes[i]}), "'" + text + "'");
+    values[i] = checked(formula({s.xy[i].x + origin.x, s.xy[i].y + origin.y, z, z, slopes[i], slopes[i]}),
+                        "'" + weight.text + "'");
   }
   return values;
 }
 
-Array<double> by_raster(const std::string& path, const Frame& frame, const MatchSurface& s, const Context& context) {
+Array<double> by_raster(const WeightSource& weight, const Frame& frame, const MatchSurface& s) {
   if (frame.rotation != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     throw UsageError(
         "--weight: a raster is in x and y, so it goes with --direction z alone: leave the direction, or "
         "give a formula");
-  const RasterValues raster(path, "--weight", context);
   Array<double> values(s.xy.size());
   for (std::size_t i = 0; i < values.size(); ++i)
-    values[i] = checked(raster.at({s.xy[i].x + frame.origin.x, s.xy[i].y + frame.origin.y, 0}), path);
+    values[i] = checked(weight.raster->at({s.xy[i].x + frame.origin.x, s.xy[i].y + frame.origin.y, 0}), weight.text);
   return values;
 }
 
@@ -62,11 +60,12 @@ void give(MatchSurface& s, Array<double> values, const std::string& name) {
 
 void apply_weight(const Cloud& moving, const Cloud& fixed, const HeightField& moving_field,
                   const HeightField& fixed_field, const Frame& frame, const CompareOptions& options,
-                  MatchSurface& moving_surface, MatchSurface& fixed_surface, const Context& context) {
+                  MatchSurface& moving_surface, MatchSurface& fixed_surface) {
   const WeightSource& w = options.weight;
   if (w.kind == Kind::none) return;
-  if (w.kind == Kind::expression) return give(fixed_surface, by_formula(w.text, frame, fixed_surface), w.text);
-  if (w.kind == Kind::raster) return give(fixed_surface, by_raster(w.text, frame, fixed_surface, context), w.text);
+  stages::check_read(w);
+  if (w.kind == Kind::expression) return give(fixed_surface, by_formula(w, frame, fixed_surface), w.text);
+  if (w.kind == Kind::raster) return give(fixed_surface, by_raster(w, frame, fixed_surface), w.text);
   const Attribute* of_fixed = w.scan == From::b ? nullptr : fixed.find_attribute(w.text);
   const Attribute* of_moving = w.scan == From::a ? nullptr : moving.find_attribute(w.text);
   if (of_moving != nullptr) {

@@ -13,6 +13,6 @@ namespace isopach {
 /// nothing. Errors, naming --weight: as in compare, and a weight that is 0 everywhere. Cost O(nodes).
 void apply_weight(const Cloud& moving, const Cloud& fixed, const HeightField& moving_field,
                   const HeightField& fixed_field, const Frame& frame, const CompareOptions& options,
-                  MatchSurface& moving_surface, MatchSurface& fixed_surface, const Context& context);
+                  MatchSurface& moving_surface, MatchSurface& fixed_surface);
 
 }  // namespace isopach

@@ -18,6 +18,7 @@
 #include <span>
 #include <string>
 
+#include "isopach/cloud/raster_values.hpp"
 #include "isopach/measure/detection.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/overlay/stencils.hpp"
@@ -32,8 +33,9 @@ enum class CorrelationShape { spherical, exponential, gaussian };
 /// Where the standard deviation of the heights of one scan comes from.
 struct SigmaSource {
   enum class Kind { none, constant, attribute, raster } kind = Kind::none;
-  double value = 0;  ///< constant: in the unit of heights
-  std::string name;  ///< attribute of the points, or path of the raster
+  double value = 0;                                   ///< constant: in the unit of heights
+  std::string name;                                   ///< attribute of the points, or path of the raster
+  std::optional<RasterValues> raster = std::nullopt;  ///< in x and y of the input
 };
 
 /// How well the pose of B is known, as isopach match says it: turns (rad) about x, y, z of the input axes through

@@ -8,7 +8,6 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
-#include "isopach/measure/expression.hpp"
 #include "isopach/measure/quadrature.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/measure/weight_parts.hpp"
@@ -116,8 +115,7 @@ struct LinearParts {
 
 class ExpressionParts {
  public:
-  explicit ExpressionParts(const ExpressionWeight& weight)
-      : expression_(weight.text, "--weight"), origin_(weight.origin) {}
+  explicit ExpressionParts(const ExpressionWeight& weight) : formula_(weight.formula), origin_(weight.origin) {}
 
   [[nodiscard]] Amounts operator()(const Part& p, std::optional<Refusal>& refused) {
     std::array<double, triangle_rule.size()> value;
@@ -155,14 +153,14 @@ class ExpressionParts {
                       z1 + along(p, point, &Vertex::d),
                       p.slope1,
                       p.slope2};
-    const double value = expression_(place);
+    const double value = formula_(place);
     if (value >= 0 && !std::isinf(value)) return value;
     using Why = Refusal::Why;
     if (!refused) refused = Refusal{std::isfinite(value) ? Why::negative : Why::not_finite, place.x, place.y, value};
     return 0;
   }
 
-  Expression expression_;
+  Formula formula_;
   Point3 origin_;
   const std::array<BorderPoint, 6>& border_ = triangle_border();
 };
@@ -330,7 +328,6 @@ WeightedMeasures weigh(const Source& source, const Weight& weight, const Context
   Totals t;
   if (const auto* expression = std::get_if<ExpressionWeight>(&weight)) {
     const auto make = [&] { return ExpressionParts(*expression); };
-    (void)make();  // refuses a formula that is none
     Array<ErrorDensity> density(source.items());
     std::fill(density.begin(), density.end(), ErrorDensity{});
     t = first_pass(source, make, blocks, density.data());

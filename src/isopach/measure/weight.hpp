@@ -8,21 +8,30 @@
 //               polynomial of degree 4. Where they differ, or μ at the border of a piece is not what they predict, the
 //               worst piece is quartered, again and again
 #pragma once
+#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
 
 #include "isopach/base/context.hpp"
-#include "isopach/io/raster_values.hpp"
+#include "isopach/cloud/raster_values.hpp"
+#include "isopach/geom/place.hpp"
 #include "isopach/measure/measures.hpp"
 
 namespace isopach {
 
-/// What the user named as the weight.
+/// μ of a place. Each task has a copy of its own, so it may write to itself. Same results need a function of the place
+/// alone. io/expression.hpp reads one from text.
+using Formula = std::function<double(const Place&)>;
+
+/// What the user named as the weight, with what was read of it.
 struct WeightSource {
   enum class Kind { none, expression, attribute, raster } kind = Kind::none;
   enum class Scan { any, a, b } scan = Scan::any;  ///< attribute: any = of B if it has it, else of A
-  std::string text;                                ///< the formula, the name of the attribute, or the path
+  std::string text;           ///< names it in messages and results: the formula, the name of the attribute, or the path
+  Formula formula = nullptr;  ///< for an expression
+  std::optional<RasterValues> raster = std::nullopt;  ///< for a raster, in x and y of the input
 };
 /// As it was given: "x > 5", "@b:intensity", "weights.tif"; empty for none.
 [[nodiscard]] std::string to_text(const WeightSource& source);
@@ -41,7 +50,8 @@ struct WeightedMeasures {
 /// μ as it is evaluated. `origin` is added to frame coordinates to give x, y and heights of the input.
 struct LinearWeight {};  ///< the values stand with the cells
 struct ExpressionWeight {
-  std::string text;
+  std::string text;  ///< for messages
+  Formula formula;
   Point3 origin{};
 };
 struct RasterWeight {
@@ -57,9 +67,8 @@ inline constexpr double weight_tolerance = 1e-7;
 
 /// Weighted integrals over the cells of T. `at_nodes`: μ at the nodes of T, for a LinearWeight; empty otherwise. Slopes
 /// are those of the cells. Errors, naming --weight and the place: a value below 0 or not finite, or a place that the
-/// raster has no value for (UsageError, InputError); a formula that is none (UsageError). Same bits for any number of
-/// threads. Cost O(cells + cells of the raster in the domain). Oracle: tests/measure/weight_test.cpp (closed forms,
-/// refined quadrature).
+/// raster has no value for (UsageError, InputError). Same bits for any number of threads. Cost O(cells + cells of the
+/// raster in the domain). Oracle: tests/measure/weight_test.cpp (closed forms, refined quadrature).
 [[nodiscard]] WeightedMeasures weigh(const CellView& cells, std::span<const double> at_nodes, const Weight& weight,
                                      const Context& context);
 

@@ -117,7 +117,7 @@ Json parameters_json(const Asymmetry& a) {
           {"depth", o.depth > 0 ? real(o.depth) : Json(nullptr)},
           {"visible", o.visible},
           {"accept_doubt", o.accept_doubt},
-          {"regions", o.polygons.empty() ? std::string(to_text(o.parts)) : o.polygons},
+          {"regions", o.polygons ? o.polygons->path : std::string(to_text(o.parts))},
           {"overlap", o.overlap > 0 ? real(o.overlap) : Json("auto")},
           {"max_iterations", o.max_iterations},
           {"border", to_text(c.border)},
@@ -267,10 +267,9 @@ class Page : public HtmlPage {
             "Absolute: "
             "how much the sides differ, whichever stands out; noise adds up to " +
             brief("measure.rho_floor", 3) + "\u00a0" + unit_ + " to it." +
-            (a_.options.polygons.empty() ? ""
-                                         : " Regions are polygons of " + escaped(a_.options.polygons) +
-                                               "; each counts together with its mirror image, every pair of places "
-                                               "once.") +
+            (a_.options.polygons ? " Regions are polygons of " + escaped(a_.options.polygons->path) +
+                                       "; each counts together with its mirror image, every pair of places once."
+                                 : "") +
             "</p>\n";
   }
 

@@ -60,6 +60,12 @@ Json sigma_json(const SigmaSource& s) {
   return nullptr;
 }
 
+Json paths_of(const std::vector<PolygonSet>& sets) {
+  Json paths = Json::array();
+  for (const PolygonSet& set : sets) paths.push_back(set.path);
+  return paths;
+}
+
 Json registration_json(const UncertaintyOptions& o) {
   if (o.registration_covariance) return o.registration_source;
   return o.registration_error > 0 ? real(o.registration_error) : Json(nullptr);
@@ -75,10 +81,10 @@ Json parameters_json(const Comparison& c) {
           {"max_edge", o.max_edge > 0 ? real(o.max_edge) : Json(nullptr)},
           {"alpha", o.alpha > 0 ? real(o.alpha) : Json(nullptr)},
           {"domain", to_text(o.domain)},
-          {"include", o.area.include},
-          {"exclude", o.area.exclude},
-          {"budget", o.area.budget},
-          {"mask", text_or_null(o.area.mask)},
+          {"include", paths_of(o.area.include)},
+          {"exclude", paths_of(o.area.exclude)},
+          {"budget", paths_of(o.area.budget)},
+          {"mask", o.area.mask ? Json(o.area.mask->path) : Json(nullptr)},
           {"measure", to_text(o.measure)},
           {"sigma", o.currents.sigma > 0 ? real(o.currents.sigma) : Json(nullptr)},
           {"currents_error", real(o.currents.error)},

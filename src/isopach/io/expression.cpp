@@ -1,4 +1,4 @@
-#include "isopach/measure/expression.hpp"
+#include "isopach/io/expression.hpp"
 
 #include <fmt/format.h>
 #include <muParser.h>
@@ -24,6 +24,7 @@ bool assigns(const std::string& text) {
 }  // namespace
 
 struct Expression::Parser {
+  std::string text, option;  // for copies
   Place place;
   mu::Parser formula;
 };
@@ -35,6 +36,7 @@ Expression::Expression(const std::string& text, const std::string& option) : par
   if (text.find_first_of("\n\r") != std::string::npos)
     throw UsageError(option + ": a formula is one line: take the line break out");
   if (assigns(text)) refuse("'=' assigns, compare by '=='");
+  parser_->text = text, parser_->option = option;
   Place& p = parser_->place;
   mu::Parser& formula = parser_->formula;
   try {
@@ -54,6 +56,7 @@ Expression::Expression(const std::string& text, const std::string& option) : par
 }
 
 Expression::~Expression() = default;
+Expression::Expression(const Expression& other) : Expression(other.parser_->text, other.parser_->option) {}
 Expression::Expression(Expression&&) noexcept = default;
 
 double Expression::operator()(const Place& place) {
