@@ -1,5 +1,5 @@
-// All that a program needs of isopach, of the parts that are installed. Each of these headers may be included alone, which
-// compiles sooner.
+// All that a program needs of isopach, of the parts that are installed. Each of these headers may be included alone,
+// which compiles sooner.
 #pragma once
 #include "isopach/apps/accuracy.hpp"
 #include "isopach/apps/asymmetry.hpp"
