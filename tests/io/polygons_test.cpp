@@ -55,7 +55,7 @@ double area(const std::vector<Edge>& edges) {
 }
 
 TEST_F(Files, NamesHolesAndParts) {
-  const PolygonFile f = read_polygons(geojson(
+  const PolygonSet f = read_polygons(geojson(
       feature("Polygon", "[[[0,0],[4,0],[4,4],[0,4],[0,0]],[[1,1],[2,1],[2,2],[1,1]]]", "{\"name\":\"pit\"}") + "," +
       feature("MultiPolygon", "[[[[10,0],[11,0],[11,1],[10,0]]],[[[20,0],[22,0],[22,2],[20,0]]]]", "{\"id\":7}") + "," +
       feature("Polygon", "[[[0,0,5],[1,0,5],[1,1,5],[0,0,5]]]")));
@@ -82,7 +82,7 @@ TEST_F(Files, CrsIsReadWhereItIsSaid) {
 
 TEST_F(Files, OtherFormats) {
   const std::string wkt = write("p.csv", "name,WKT\nfield,\"POLYGON((0 0,3 0,3 3,0 3,0 0))\"\n");
-  const PolygonFile f = read_polygons(wkt);
+  const PolygonSet f = read_polygons(wkt);
   ASSERT_EQ(f.polygons.size(), 1u);
   EXPECT_EQ(f.polygons[0].name, "field");
   EXPECT_EQ(area(edges_of(f.polygons[0])), 9);
@@ -103,11 +103,11 @@ TEST_F(Files, WhatIsWrongIsSaidInOneLine) {
 }
 
 TEST_F(Files, MendableIsMendedWithANote) {
-  const PolygonFile open = read_polygons(geojson(feature("Polygon", "[[[0,0],[4,0],[4,4],[0,4]]]")));
+  const PolygonSet open = read_polygons(geojson(feature("Polygon", "[[[0,0],[4,0],[4,4],[0,4]]]")));
   EXPECT_EQ(area(edges_of(open.polygons[0])), 16);
   ASSERT_EQ(open.notes.size(), 1u);
   EXPECT_NE(open.notes[0].find("closed"), std::string::npos);
-  const PolygonFile mixed =
+  const PolygonSet mixed =
       read_polygons(geojson(feature("Point", "[1,2]") + "," + feature("Polygon", "[[[0,0],[4,0],[4,4],[0,0]]]")));
   ASSERT_EQ(mixed.notes.size(), 1u);
   EXPECT_NE(mixed.notes[0].find("1 of 2 features"), std::string::npos);
