@@ -16,7 +16,7 @@
 #include "isopach/base/random.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
 #include "isopach/delaunay/triangulate.hpp"
-#include "isopach/measure/measures.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"

@@ -14,7 +14,7 @@
 #include "isopach/distance/distance.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/measure/budget.hpp"
-#include "isopach/measure/cells.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "isopach/version.hpp"
 #if __has_include("isopach/io/read.hpp")

@@ -42,7 +42,7 @@ TEST(SymmetryCheck, ScansWithoutDetailAreJudgedByAgreementAlone) {
   EXPECT_TRUE(is_symmetric(e)) << "coarse points: shape counts less where almost all agrees";
   e.shape = 0.9, e.agree = 0.4;
   EXPECT_FALSE(is_symmetric(e));
-  EXPECT_NE(not_symmetric(e).find("40 % agrees within noise (needs 50 %), and their shapes agree by 0.90"),
+  EXPECT_NE(sides_sentence(e).find("40 % agrees within noise (needs 50 %), and their shapes agree by 0.90"),
             std::string::npos);
 }
 

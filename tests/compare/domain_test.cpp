@@ -1,5 +1,5 @@
 // Polygons and masks as values: what a program makes itself, with and without what GDAL knows of it. Files and the
-// cutting itself: tests/cli/domain_test.py, tests/measure/clip_test.cpp.
+// cutting itself: tests/cli/domain_test.py, tests/measure/source_test.cpp.
 #include "isopach/compare/domain.hpp"
 
 #include <gtest/gtest.h>

@@ -6,7 +6,7 @@
 #include <set>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/measure/measures.hpp"
+#include "isopach/measure/source.hpp"
 #include "tests/overlay/couple.hpp"
 
 namespace isopach::test {

@@ -9,7 +9,7 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
-#include "isopach/measure/measures.hpp"
+#include "isopach/measure/source.hpp"
 #include "isopach/overlay/hulls.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/localise.hpp"

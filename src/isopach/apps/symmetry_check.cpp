@@ -81,11 +81,9 @@ bool is_symmetric(const PoseEvidence& e) {
   return e.agree >= least_symmetric && (!has_detail(e) || e.agree + e.shape >= alike_needed);
 }
 
-std::string not_symmetric(const PoseEvidence& e) {
-  std::string text = fmt::format(
-      "the plane that was found is not one of symmetry: of what both sides show, {:.0f} % agrees within noise (needs "
-      "{:.0f} %)",
-      100 * std::clamp(e.agree, 0.0, 1.0), 100 * least_symmetric);
+std::string sides_sentence(const PoseEvidence& e) {
+  std::string text = fmt::format("of what both sides show, {:.0f} % agrees within noise (needs {:.0f} %)",
+                                 100 * std::clamp(e.agree, 0.0, 1.0), 100 * least_symmetric);
   if (has_detail(e))
     text += fmt::format(", and their shapes agree by {:.2f} (needs {:.2f})", std::max(0.0, e.shape),
                         std::max(0.0, alike_needed - e.agree));

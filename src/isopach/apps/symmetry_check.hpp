@@ -23,8 +23,8 @@ inline constexpr double least_symmetric = 0.5, alike_needed = 1.1;
 /// Of scans without detail, or of too few points for a judgement, the shape says nothing.
 [[nodiscard]] bool is_symmetric(const PoseEvidence& e);
 
-/// "the plane that was found is not one of symmetry: …", with the numbers.
-[[nodiscard]] std::string not_symmetric(const PoseEvidence& e);
+/// "of what both sides show, 40 % agrees within noise (needs 50 %), …"
+[[nodiscard]] std::string sides_sentence(const PoseEvidence& e);
 
 /// The plane that a search over all motions of the mirror image in space finds, in the coordinates that `place` is in;
 /// nothing where that is doubted as well, or its normal lies more than 52 degrees away from `towards`. Cost: that of a

@@ -72,13 +72,13 @@ FoundPlane agreed_plane(const Array<Point3>& points, const Upright& start, const
     }
   }
   if (!is_symmetric(*f.sides)) {
-    const std::string doubt = not_symmetric(*f.sides);
     if (!o.accept_doubt)
       throw Error(ExitCode::not_converged,
-                  fmt::format("{}: {}: keep more of the other side in the scan, give --across from side to side, or "
+                  fmt::format("{}: the plane that was found is not one of symmetry: {}: keep more of the other side in "
+                              "the scan, give --across from side to side, or "
                               "take the plane as it is by --accept-doubt",
-                              path.empty() ? "the scan" : path, doubt));
-    f.warnings.push_back(doubt);
+                              path.empty() ? "the scan" : path, sides_sentence(*f.sides)));
+    f.warnings.push_back("the plane that was found is not one of symmetry: " + sides_sentence(*f.sides));
   }
   const PlaneSigma jackknife = plane_sigma(points, f.place, o, silent);
   believe_if_larger(f.plane.sigma_angle, jackknife.angle);
