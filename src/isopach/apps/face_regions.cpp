@@ -100,7 +100,7 @@ class MirrorCell {
       there[k] = polygons.seen({-across[k] - polygons.origin.x, p.y, p.z1});
       d[k] = p.d();
     }
-    const auto triple = [](const std::array<double, 3>& of) { return Triple{of[0], of[1], of[2]}; };
+    const auto triple = [](const std::array<double, 3>& v) { return Triple{v[0], v[1], v[2]}; };
     d_ = triple(d);
     here_x_ = {here[0].x, here[1].x, here[2].x}, here_y_ = {here[0].y, here[1].y, here[2].y};
     there_x_ = {there[0].x, there[1].x, there[2].x}, there_y_ = {there[0].y, there[1].y, there[2].y};
