@@ -46,7 +46,9 @@ int run_demo(const Arguments& arguments) {
   write_text_atomically(truth, truth_json(scene, scene_request, folder.names()));
   const double make_s = watch.lap();
 
-  Comparison comparison = compare(scene.a, scene.b, CompareOptions{}, run.context());
+  CompareOptions options;
+  options.noise_floor = true;  // gained and lost as near to the truth as they can be told
+  Comparison comparison = compare(scene.a, scene.b, options, run.context());
   deliver(comparison, scene.a, scene.b, scene.truth, delivery, &folder, make_s, run);
   if (delivery.json != "-") run.show("\nReport: " + folder.final_path("report.html"));
   return 0;

@@ -54,6 +54,16 @@ TEST(Text, ShowsTheTruthWhereItIsKnown) {
   EXPECT_TRUE(has_line(text, "true lost", "off by 0"));
 }
 
+TEST(Text, ShowsTheTruthBesideWhatIsLeftWithoutTheNoiseFloor) {
+  Comparison c = lifted();
+  c.noise_floor.emplace();
+  c.noise_floor->debiased.above = 21;
+  Truth truth;
+  truth.above = truth.net = 20;
+  EXPECT_TRUE(has_line(comparison_text(c, truth), "true gained",
+                       "off by +5.0, +25 %; without the noise floor 21.00, off by +1.0, +5.0 %"));
+}
+
 TEST(Text, CountsWhatWasDropped) {
   Comparison c = lifted();
   c.a.cleaning.duplicates = 12345;

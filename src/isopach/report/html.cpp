@@ -121,7 +121,9 @@ class Page : public HtmlPage {
               "</td></tr>\n";
     };
     line("gained", truth.above, "volume.above", 3);
+    if (c_.noise_floor) line("gained, without the noise floor", truth.above, "uncertainty.debiased.above", 3);
     line("lost", truth.below, "volume.below", 3);
+    if (c_.noise_floor) line("lost, without the noise floor", truth.below, "uncertainty.debiased.below", 3);
     line("net", truth.net, "volume.net", 3);
     line("area", truth.area, "domain.area", 2);
     close_table();

@@ -51,15 +51,25 @@ void add_input(Summary& s, const InputSummary& in) {
   s.line(in.role, text);
 }
 
-void add_truth(Summary& s, const Truth& truth, const Measures& m) {
-  const auto row = [&](const char* label, double known, double measured) {
-    const std::string relative =
-        known == 0 ? "" : ", " + signed_number(100 * (measured - known) / std::fabs(known), plain, 2) + " %";
-    s.value(label, number(known, plain), 3, "off by " + signed_number(measured - known, plain, 2) + relative);
+/// "off by +10 577, +4.3 %"
+std::string off_by(double measured, double known) {
+  const std::string relative =
+      known == 0 ? "" : ", " + signed_number(100 * (measured - known) / std::fabs(known), plain, 2) + " %";
+  return "off by " + signed_number(measured - known, plain, 2) + relative;
+}
+
+void add_truth(Summary& s, const Truth& truth, const Comparison& c) {
+  const Volume& measured = c.measures.volume;
+  const auto row = [&](const char* label, double known, double raw, const double* debiased) {
+    std::string text = off_by(raw, known);
+    if (debiased != nullptr)
+      text += "; without the noise floor " + number(*debiased, plain) + ", " + off_by(*debiased, known);
+    s.value(label, number(known, plain), 3, text);
   };
-  row("true gained", truth.above, m.volume.above);
-  row("true lost", truth.below, m.volume.below);
-  row("true net", truth.net, m.volume.net);
+  const Volume* debiased = c.noise_floor ? &c.noise_floor->debiased : nullptr;
+  row("true gained", truth.above, measured.above, debiased != nullptr ? &debiased->above : nullptr);
+  row("true lost", truth.below, measured.below, debiased != nullptr ? &debiased->below : nullptr);
+  row("true net", truth.net, measured.net, nullptr);
   s.line("", noise_note);
 }
 
@@ -152,7 +162,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   add_budget(s, c);
   const auto sentences = uncertainty_sentences(c, quantity);
   for (std::size_t i = 0; i < sentences.size(); ++i) s.line(i == 0 ? "uncertainty" : "", sentences[i]);
-  if (truth) add_truth(s, *truth, m);
+  if (truth) add_truth(s, *truth, c);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
   s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));
   for (const std::string& w : c.warnings) s.free_line("warning: " + clean_utf8(w));
