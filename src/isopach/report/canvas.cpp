@@ -61,14 +61,18 @@ std::string Canvas::fitted(const std::string& text, const Font& font, double wid
   return "…";
 }
 
-void Canvas::text(double x, double y, const std::string& text, const Font& font, Align align) {
-  const double width = align == Align::left ? 0 : text_width(text, font);
+void Canvas::text(double x, double y, const std::string& text, const Font& font, TextAlign align) {
+  const double width = align == TextAlign::left ? 0 : text_width(text, font);
   cairo_->font(font);
-  cairo_move_to(cairo_->context, x - (align == Align::right ? width : align == Align::centre ? width / 2 : 0), y);
+  cairo_move_to(cairo_->context,
+                x - (align == TextAlign::right    ? width
+                     : align == TextAlign::centre ? width / 2
+                                                  : 0),
+                y);
   cairo_show_text(cairo_->context, clean_utf8(text).c_str());
 }
 
-void Canvas::text_upwards(double x, double y, const std::string& words, const Font& font, Align align) {
+void Canvas::text_upwards(double x, double y, const std::string& words, const Font& font, TextAlign align) {
   cairo_save(cairo_->context);
   cairo_translate(cairo_->context, x, y);
   cairo_rotate(cairo_->context, -1.5707963267948966);

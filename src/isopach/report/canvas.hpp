@@ -17,7 +17,7 @@ struct Image {
 /// Writes a PNG (libpng), whole or not at all. Errors: InputError naming the path.
 void write_png(const std::string& path, const Image& image);
 
-enum class Align { left, centre, right };
+enum class TextAlign { left, centre, right };
 
 class Canvas {
  public:
@@ -29,8 +29,8 @@ class Canvas {
     Rgb colour{0.13, 0.14, 0.16};
   };
   /// `y` is the baseline. Invalid UTF-8 is replaced.
-  void text(double x, double y, const std::string& text, const Font& font, Align align = Align::left);
-  void text_upwards(double x, double y, const std::string& text, const Font& font, Align align = Align::left);
+  void text(double x, double y, const std::string& text, const Font& font, TextAlign align = TextAlign::left);
+  void text_upwards(double x, double y, const std::string& text, const Font& font, TextAlign align = TextAlign::left);
   [[nodiscard]] double text_width(const std::string& text, const Font& font);
   /// The text, cut in the middle with "…" where it is wider than `width`.
   [[nodiscard]] std::string fitted(const std::string& text, const Font& font, double width);

@@ -286,7 +286,7 @@ class Map {
       const double half = canvas.text_width(line.label, font) / 2;
       canvas.text(within(p.x, panel_x_, panel_x_ + columns_, half + 4 * s_),
                   std::clamp(p.y - 6 * s_, panel_y_ + 20 * s_, panel_y_ + rows_ - 4 * s_), line.label, font,
-                  Align::centre);
+                  TextAlign::centre);
     }
   }
 
@@ -300,19 +300,19 @@ class Map {
       const double x = panel_x_ + (t.at - box_.min.x) * scale_;
       canvas.line(x, bottom, x, bottom + tick, 1.5 * s_, rule);
       const double half = canvas.text_width(t.label, font) / 2;
-      canvas.text(within(x, panel_x_, panel_x_ + columns_, half), bottom + 27 * s_, t.label, font, Align::centre);
+      canvas.text(within(x, panel_x_, panel_x_ + columns_, half), bottom + 27 * s_, t.label, font, TextAlign::centre);
     }
     const double tall = 1.5 * canvas.text_width(widest(up, box_.min.y, box_.max.y), font);
     for (const Tick& t : ticks(up, box_.min.y, box_.max.y, tall / scale_)) {
       const double y = panel_y_ + (box_.max.y - t.at) * scale_;
       canvas.line(panel_x_ - tick, y, panel_x_, y, 1.5 * s_, rule);
       const double half = canvas.text_width(t.label, font) / 2;
-      canvas.text_upwards(panel_x_ - 14 * s_, within(y, panel_y_, bottom, half), t.label, font, Align::centre);
+      canvas.text_upwards(panel_x_ - 14 * s_, within(y, panel_y_, bottom, half), t.label, font, TextAlign::centre);
     }
     canvas.text(panel_x_ + columns_ / 2.0, bottom + 52 * s_, named_or(options_.words.across, across.name) + unit, font,
-                Align::centre);
+                TextAlign::centre);
     canvas.text_upwards(panel_x_ - 42 * s_, panel_y_ + rows_ / 2.0, named_or(options_.words.up, up.name) + unit, font,
-                        Align::centre);
+                        TextAlign::centre);
   }
   [[nodiscard]] static const std::string& named_or(const std::string& name, const std::string& otherwise) {
     return name.empty() ? otherwise : name;
@@ -388,7 +388,7 @@ class Map {
       if (bar_.upright)
         canvas.text(q.x + 6 * s_, q.y + 6.5 * s_, label, font);
       else
-        canvas.text(q.x, q.y + 20 * s_, label, font, Align::centre);
+        canvas.text(q.x, q.y + 20 * s_, label, font, TextAlign::centre);
     }
     const MapWords& words = options_.words;
     const std::string gained = words.above.empty() ? "B above A (gained)" : words.above;
@@ -399,7 +399,7 @@ class Map {
       canvas.text(x, bar_.y + 51 * s_, lost, below);
     } else {
       const double y = bar_.y + bar_.thickness / 2 + 6.5 * s_;
-      canvas.text(bar_.x - 36 * s_, y, lost, below, Align::right);
+      canvas.text(bar_.x - 36 * s_, y, lost, below, TextAlign::right);
       canvas.text(bar_.x + bar_.length + 36 * s_, y, gained, above);
     }
   }
