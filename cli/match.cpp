@@ -194,8 +194,8 @@ double parse_overlap(const std::string& text) {
   return share;
 }
 
-/// Pairs of points slide along each other slowly: of 25 starts from which a pose that is right was not yet found after
-/// 100 steps (bench/trust_study.py) all but two were of this objective.
+/// Pairs of points slide along each other slowly: of 24 right poses that were not yet found to stand still after 100
+/// steps (bench/trust_study.py) all but two were of this objective.
 constexpr int most_steps_of_points = 500;
 
 void add_match_options(Command& command, MatchOptions& options) {

@@ -67,5 +67,20 @@ TEST(SymmetryCheck, SigmaGrowsWhereTheSidesDiffer) {
   EXPECT_GT(uneven.angle, 3 * even.angle);
 }
 
+// More points than the jackknife takes: means of neighbours, which must not be those of the file.
+TEST(SymmetryCheck, SigmaIsThatOfThePointsInAnyOrder) {
+  test::FaceScan scan;
+  scan.points = 20000;
+  Array<Point3> points = seen_from_front(scan).points;
+  const PlaneSigma sorted = plane_sigma(points, Upright{}, {}, {});
+  EXPECT_LT(sorted.angle, 0.05);
+  const RandomStream random(3, 1);
+  for (std::size_t i = points.size(); i-- > 1;)
+    std::swap(points[i], points[static_cast<std::size_t>(random.uniform(i) * static_cast<double>(i + 1))]);
+  const PlaneSigma shuffled = plane_sigma(points, Upright{}, {}, {});
+  EXPECT_EQ(shuffled.angle, sorted.angle);
+  EXPECT_EQ(shuffled.offset, sorted.offset);
+}
+
 }  // namespace
 }  // namespace isopach

@@ -135,20 +135,6 @@ void leave_out_back(ScanPoints& scan, double depth) {
   keep(scan, kept);
 }
 
-/// The kept points as a height field in the same coordinates.
-HeightField field_of(const Array<Point3>& points, DuplicatePolicy duplicates, CurveBox& curve, const Context& context) {
-  Cloud cloud;
-  cloud.points = points;
-  ProjectOptions options;
-  options.duplicates = duplicates;
-  const Frame own = choose_frame(cloud, cloud, Pose{}, options, context);
-  HeightField field = project(cloud, Pose{}, own, options, context);
-  curve = own.curve;
-  for (Point2& p : field.xy) p = {p.x + own.origin.x, p.y + own.origin.y};
-  for (double& z : field.z) z += own.origin.z;
-  return field;
-}
-
 /// What the pose of the face leaves of the scan.
 void leave_out_of_region(ScanPoints& scan, const FacePose& pose) {
   Array<unsigned char> kept(scan.points.size());
@@ -183,11 +169,7 @@ View view_of(const Cloud& cloud, const AsymmetryOptions& o, const FacePose& pose
     field = field_of(view.points.points, project_options.duplicates, curve, context);
   }
   const std::size_t run = std::max<std::size_t>(1, field.xy.size() / thin_points);
-  MatchSurface nodes;  // thinning asks for no triangles
-  nodes.xy = field.xy, nodes.z = field.z;
-  const MatchSurface few = thinned(nodes, run, false, context);
-  view.thin.resize(few.xy.size());
-  for (std::size_t i = 0; i < view.thin.size(); ++i) view.thin[i] = {few.xy[i].x, few.xy[i].y, few.z[i]};
+  view.thin = means_of_neighbours(field, run, context);
   return view;
 }
 

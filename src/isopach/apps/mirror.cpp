@@ -9,11 +9,11 @@
 #include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/match/surface.hpp"
 
 namespace isopach {
 namespace {
 
-constexpr double degrees_per_radian = 180 / std::numbers::pi;
 constexpr double steepest = 0.8;  // of the cosine between a normal and the direction of projection
 
 Point3 scaled(const Point3& v, double s) { return {s * v.x, s * v.y, s * v.z}; }
@@ -155,6 +155,28 @@ std::string unit_in_space(const Cloud& description, const CompareOptions& option
   for (const std::string& w : units.warnings)
     if (std::find(warnings.begin(), warnings.end(), w) == warnings.end()) warnings.push_back(w);
   return units.unit;
+}
+
+HeightField field_of(const Array<Point3>& points, DuplicatePolicy duplicates, CurveBox& curve, const Context& context) {
+  Cloud cloud;
+  cloud.points = points;
+  ProjectOptions options;
+  options.duplicates = duplicates;
+  const Frame own = choose_frame(cloud, cloud, Pose{}, options, context);
+  HeightField field = project(cloud, Pose{}, own, options, context);
+  curve = own.curve;
+  for (Point2& p : field.xy) p = {p.x + own.origin.x, p.y + own.origin.y};
+  for (double& z : field.z) z += own.origin.z;
+  return field;
+}
+
+Array<Point3> means_of_neighbours(const HeightField& field, std::size_t run, const Context& context) {
+  MatchSurface nodes;  // thinning asks for no triangles
+  nodes.xy = field.xy, nodes.z = field.z;
+  const MatchSurface few = thinned(nodes, run, false, context);
+  Array<Point3> means(few.xy.size());
+  for (std::size_t i = 0; i < means.size(); ++i) means[i] = {few.xy[i].x, few.xy[i].y, few.z[i]};
+  return means;
 }
 
 }  // namespace isopach

@@ -2,6 +2,7 @@
 // speaks of.
 #pragma once
 #include <array>
+#include <numbers>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +13,8 @@
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
+
+inline constexpr double degrees_per_radian = 180 / std::numbers::pi;
 
 /// The plane normal · p = offset, and how far a motion of the mirror image is from the reflection about it.
 struct Reflection {
@@ -59,6 +62,12 @@ struct Upright {
 
 /// --across in the axes of a frame; its first axis where it is not given.
 [[nodiscard]] Point3 across_in_view(const std::optional<Point3>& across, const Frame& frame);
+
+/// Points as a height field along z, in their own coordinates: nodes in curve order, whatever that of the points.
+[[nodiscard]] HeightField field_of(const Array<Point3>& points, DuplicatePolicy duplicates, CurveBox& curve,
+                                   const Context& context);
+/// Means of `run` nodes each that follow each other on the curve, so that they are neighbours.
+[[nodiscard]] Array<Point3> means_of_neighbours(const HeightField& field, std::size_t run, const Context& context);
 
 [[nodiscard]] Cloud placed(const Array<Point3>& points, const Upright& place);
 [[nodiscard]] Cloud mirrored(const Cloud& cloud);  ///< x ↦ −x, exactly

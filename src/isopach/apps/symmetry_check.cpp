@@ -5,21 +5,18 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <vector>
 
 #include "isopach/apps/asymmetry.hpp"
 #include "isopach/apps/symmetry_start.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/surface.hpp"
 #include "isopach/match/verdict.hpp"
 
 namespace isopach {
 namespace {
 
 constexpr int bands = 3, parts = 2 * bands, least_parts = 4;
-constexpr double degrees_per_radian = 180 / std::numbers::pi;
 constexpr std::size_t sigma_points = 8000, part_points = 30;
 
 bool has_detail(const PoseEvidence& e) { return std::min(e.detail[0], e.detail[1]) >= least_detail; }
@@ -49,16 +46,11 @@ struct FaceZones {
   }
 };
 
-/// Means of neighbouring points.
+/// Means of neighbouring points, in whatever order these come.
 Array<Point3> thinned_to(const Array<Point3>& points, std::size_t most, const Context& context) {
-  MatchSurface nodes;  // thinning asks for no triangles
-  const std::size_t run = (points.size() + most - 1) / most;
-  if (run < 2) return points;
-  for (const Point3& p : points) nodes.xy.push_back({p.x, p.y}), nodes.z.push_back(p.z);
-  const MatchSurface few = thinned(nodes, run, false, context);
-  Array<Point3> means;
-  for (std::size_t i = 0; i < few.xy.size(); ++i) means.push_back({few.xy[i].x, few.xy[i].y, few.z[i]});
-  return means;
+  CurveBox curve;
+  const HeightField field = field_of(points, DuplicatePolicy::mean, curve, context);
+  return means_of_neighbours(field, (field.xy.size() + most - 1) / most, context);
 }
 
 double jackknife(const std::vector<double>& values) {
@@ -94,7 +86,6 @@ std::optional<Upright> other_plane(const Array<Point3>& points, const Upright& p
                                    const AsymmetryOptions& o, const Context& context) {
   MatchOptions options = mirror_match_options(o, false);
   options.check_pose = true;
-  options.judge = false;
   const Cloud face = placed(points, place);
   const Matching m = match(mirrored(face), face, options, context);
   if (!m.verdict || m.verdict->grade == Grade::doubted) return std::nullopt;
@@ -107,8 +98,7 @@ PlaneSigma plane_sigma(const Array<Point3>& points, const Upright& place, const 
                        const Context& context) {
   const Cloud face = placed(thinned_to(points, sigma_points, context), place);
   const FaceZones zones(face.points);
-  MatchOptions options = mirror_match_options(o, false);
-  options.judge = false;
+  const MatchOptions options = mirror_match_options(o, false);
   std::vector<double> y, z, offset;
   for (int left_out = 0; left_out < parts; ++left_out) {
     Cloud rest;

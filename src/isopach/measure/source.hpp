@@ -32,8 +32,8 @@ struct OverlayCells {
 [[nodiscard]] ConvexCell convex(const CellPiece& piece);
 [[nodiscard]] ConvexCell convex(const OverlayCell& cell);
 
-// --- cells of T: values given at its nodes can be asked for
-// -----------------------------------------------------------
+// --- cells of T ---
+// Values given at its nodes can be asked for.
 
 /// A cell of T in its domain: a triangle of T, or a piece of one.
 struct CommonCell {
@@ -93,8 +93,8 @@ void for_common(const CellView& cells, F&& f) {
 [[nodiscard]] std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char> in_domain,
                                                const Domain& domain, const Context& context);
 
-// --- cells of the overlay
-// ---------------------------------------------------------------------------------------------
+// --- cells of the overlay ---
+// They know their two triangles.
 
 /// A polygon is cut into triangles from its first corner, 0: f(a, b, area) for each triangle of the corners 0, a, b.
 template <class F>
@@ -149,8 +149,8 @@ void for_overlay(const OverlayCells& cells, std::size_t begin, std::size_t end, 
 /// else each piece has corners of its own.
 [[nodiscard]] OverlaySurface surface_of(const OverlayCells& cells, const Context& context);
 
-// --- what both can: f(convex cell), f(triangle with the difference at its corners)
-// ---------------------------------------
+// --- what both can ---
+// f(convex cell), f(triangle with the difference at its corners).
 
 template <class F>
 void for_convex(const OverlayCells& cells, std::size_t begin, std::size_t end, F&& f) {
