@@ -18,7 +18,8 @@ constexpr int most_rounds = 5;         // of match and turn; two are usual
 constexpr double stands_still = 1e-6;  // of the size of the face: a plane that moves less has been found,
 constexpr double still_enough = 0.1;   // … or one that moves less than this share of its standard deviation
 // A jackknife over six parts is itself uncertain by a third, and of six that all move the plane the largest counts: on
-// faces with independent noise, 1.3 made pulls of 0.7 (bench/pulls.py). Of real faces it is 3 to 5 times larger.
+// faces with independent noise, 1.3 made pulls of 0.7 (bench/pulls.py). Of two real faces of three it is 4 to 5 times
+// larger.
 constexpr double clearly_larger = 2;
 
 void believe_if_larger(double& sigma, double jackknife) {
