@@ -75,6 +75,18 @@ std::optional<long double> height_at(const Delaunay& dt, const Kernel::Point_2& 
   return (wa * z(0) + wb * z(1) + wc * z(2)) / (wa + wb + wc);
 }
 
+std::vector<HullSide> hull_sides(const Delaunay& dt) {
+  std::vector<HullSide> sides;
+  const auto around = dt.incident_faces(dt.infinite_vertex());
+  for (auto f = around;;) {
+    const int k = f->index(dt.infinite_vertex());
+    const auto p = f->vertex(dt.cw(k)), q = f->vertex(dt.ccw(k));  // the hull lies left of p→q
+    sides.push_back({{p->point().x(), p->point().y()}, {q->point().x(), q->point().y()}, *p->info().z1, *q->info().z1});
+    if (++f; f == around) break;
+  }
+  return sides;
+}
+
 Parts measure_with_cgal(const Cloud& a, const Cloud& b) {
   const Nodes nodes_a = nodes_of(a), nodes_b = nodes_of(b);
   const Delaunay t1 = triangulated(nodes_a), t2 = triangulated(nodes_b);
@@ -90,20 +102,18 @@ Parts measure_with_cgal(const Cloud& a, const Cloud& b) {
   for (const auto& [p, h] : united) input.emplace_back(Kernel::Point_2(p.x, p.y), h);
   Delaunay t;
   t.insert(input.begin(), input.end());
+  const std::vector<HullSide> hull_1 = hull_sides(t1), hull_2 = hull_sides(t2);
   Parts total;
   for (auto f = t.finite_faces_begin(); f != t.finite_faces_end(); ++f) {
-    std::array<Point2, 3> p{};
-    std::array<long double, 3> d{};
+    std::array<CellCorner, 3> cell{};
     bool known = true;
     for (int k = 0; k < 3; ++k) {
       const auto& [z1, z2] = f->vertex(k)->info();
       known = known && z1 && z2;
-      const auto i = static_cast<std::size_t>(k);
-      p[i] = {f->vertex(k)->point().x(), f->vertex(k)->point().y()};
-      if (known) d[i] = *z2 - *z1;
+      const auto& p = f->vertex(k)->point();
+      cell[static_cast<std::size_t>(k)] = {p.x(), p.y(), z1.value_or(0), z2.value_or(0)};
     }
-    if (!known) continue;
-    const Parts part = brute_triangle_parts(p, d);
+    const Parts part = known ? brute_parts_in_hulls(cell, {}, {}) : brute_parts_in_hulls(cell, hull_1, hull_2);
     total = {total.area + part.area, total.above + part.above, total.below + part.below};
   }
   return total;

@@ -6,6 +6,7 @@
 
 #include "isopach/compare/compare.hpp"
 #include "isopach/io/read.hpp"
+#include "isopach/measure/source.hpp"
 #include "tests/support/clouds.hpp"
 #include "tests/support/shared_data.hpp"
 
@@ -47,13 +48,11 @@ struct FalseCut {
 };
 FalseCut false_cut(const Comparison& c, const Height& true_d) {
   double cut = 0;
-  const CellView cells = c.cells.view();
-  for (Index i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    Cell cell = cell_at(cells, i);
-    for (std::size_t k = 0; k < 3; ++k) cell.d[k] = true_d(cells.xy[cells.t.triangles[i].v[k]]);
+  for_common(c.cells.view(), [&](const CommonCell& common) {
+    Cell cell = common.cell();
+    for (std::size_t k = 0; k < 3; ++k) cell.d[k] = true_d({common.corner(k).x, common.corner(k).y});
     cut += split_volume(cell).below;
-  }
+  });
   return {c.measures.volume.below / cut - 1, c.domain_area};
 }
 
@@ -121,7 +120,10 @@ TEST(CompareBorder, WhatIsKeptAndWhatIsTrimmedAddUp) {
       EXPECT_GT(trim.trimmed_area, 0);
       EXPECT_GT(trim.trimmed_volume, 0);
       EXPECT_NEAR(trim.trimmed_area, 1 - trim.domain_area / hull.domain_area, 1e-12);
-      EXPECT_NEAR(trim.trimmed_volume, 1 - trim.measures.volume.absolute / hull.measures.volume.absolute, 1e-12);
+      // Over the overlap a cell that the footprint's border cuts has the border's heights there, where over the hulls
+      // it is one plane.
+      EXPECT_NEAR(trim.trimmed_volume, 1 - trim.measures.volume.absolute / hull.measures.volume.absolute,
+                  domain == DomainKind::hull ? 1e-12 : 0.01);
       EXPECT_EQ(hull.trimmed_area, 0);
       EXPECT_EQ(hull.trimmed_volume, 0);
       for (std::size_t i = 0; i < hull.cells.in_domain.size(); ++i)

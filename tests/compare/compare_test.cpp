@@ -98,10 +98,13 @@ TEST(Compare, OfTwoSquaresIsTheirDistance) {
   EXPECT_EQ(c.interface, 0u);
 }
 
-TEST(Compare, OfTwoTrianglesThatCrossInAStarMeasuresNoExtrapolatedCell) {
-  // Neither triangle holds a node of the other: no cell of T has three nodes known in both.
+TEST(Compare, OfTwoTrianglesThatCrossInAStarMeasuresTheHexagonTheyShare) {
+  // Neither triangle holds a node of the other: every cell of T is cut. Of each triangle the three tips are a ninth.
   const Cloud up = cloud_of({{0, 0, 0}, {6, 0, 0}, {3, 6, 0}}), down = cloud_of({{0, 4, 1}, {6, 4, 1}, {3, -2, 1}});
-  message_of<OverlapError>(up, down);
+  const Comparison c = compare_plain(up, down);
+  EXPECT_NEAR(c.domain_area, 12, 1e-12);
+  EXPECT_NEAR(c.measures.volume.above, 12, 1e-12);
+  EXPECT_NEAR(c.coverage, 0.5, 1e-12);
   CompareOptions hull;
   hull.domain = DomainKind::hull;
   hull.border = BorderRule::hull;  // trimmed, even the hull holds only cells that one of the scans supports

@@ -1,4 +1,5 @@
-// The numbers of real scans that a comparison must come back with.
+// The numbers of real scans that a comparison must come back with. Areas are those of the intersection of both
+// footprints, as the exact overlay has them; other programs, which drop cells that hang over a border, have some less.
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -22,8 +23,8 @@ TEST(RealData, SantaCruzStripsDifferByNoiseOnly) {
       compare(read(folder / "blanca_strip8706_120m.las"), read(folder / "blanca_strip8707_120m.las"), options, {});
   EXPECT_EQ(c.a.points, 77522u);
   EXPECT_EQ(c.b.points, 167868u);
-  EXPECT_NEAR(c.domain_area, 13906.8, 0.001 * 13906.8);
-  EXPECT_NEAR(c.measures.rho, 0.06936, 0.001 * 0.06936);
+  EXPECT_NEAR(c.domain_area, 13923.7, 0.001 * 13923.7);
+  EXPECT_NEAR(c.measures.rho, 0.06946, 0.001 * 0.06946);
   EXPECT_NEAR(c.measures.difference.mean, -0.0023, 0.0005);
 }
 
@@ -33,9 +34,9 @@ TEST(RealData, SaintHelensDomeRisesWithinAWeek) {
   CompareOptions options;
   options.border = BorderRule::hull;  // as above
   const Comparison c = compare(read(folder / "msh_2004-10-04.xyz"), read(folder / "msh_2004-10-11.xyz"), options, {});
-  EXPECT_NEAR(c.domain_area, 207976, 0.005 * 207976);
-  EXPECT_NEAR(c.measures.volume.net, 4.180e6, 0.005 * 4.180e6);
-  EXPECT_NEAR(c.measures.volume.above, 4.224e6, 0.005 * 4.224e6);
+  EXPECT_NEAR(c.domain_area, 209648, 0.005 * 209648);
+  EXPECT_NEAR(c.measures.volume.net, 4.213e6, 0.005 * 4.213e6);
+  EXPECT_NEAR(c.measures.volume.above, 4.258e6, 0.005 * 4.258e6);
   EXPECT_NEAR(c.measures.volume.below, 4.43e4, 0.005 * 4.43e4);
 }
 

@@ -61,21 +61,19 @@ Volume dense(const Compared& p, unsigned steps) {
   const CellView cells = p.c.cells.view();
   Array<Point2> points;
   std::vector<double> areas;
-  for (std::size_t i = 0; i < cells.t.real; ++i) {
-    if (cells.in_domain[i] == 0) continue;
-    const auto& v = cells.t.triangles[i].v;
-    const Point2 o = cells.xy[v[0]], q = cells.xy[v[1]], r = cells.xy[v[2]];
+  for_common(cells, [&](const CommonCell& cell) {
+    const Corner o = cell.corner(0), q = cell.corner(1), r = cell.corner(2);
     const auto add = [&](double s, double t) {
       s /= steps, t /= steps;
       points.push_back({o.x + s * (q.x - o.x) + t * (r.x - o.x), o.y + s * (q.y - o.y) + t * (r.y - o.y)});
-      areas.push_back(cell_at(cells, i).area / (steps * steps));
+      areas.push_back(cell.cell().area / (steps * steps));
     };
     for (unsigned j = 0; j < steps; ++j)
       for (unsigned k = 0; j + k < steps; ++k) {
         add(k + 1. / 3, j + 1. / 3);
         if (j + k + 2 <= steps) add(k + 2. / 3, j + 2. / 3);
       }
-  }
+  });
   const auto heights = [&](const Triangulation& t, const Array<Point2>& xy, const Array<double>& z) {
     Locations where;
     where.kind.assign(points.size(), Location::Kind::none);

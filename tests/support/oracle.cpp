@@ -299,21 +299,93 @@ long double brute_area_between(const std::array<Point2, 3>& p, const std::array<
   return area_of(cut(cut(vertices(p, d), low, 1), high, -1));
 }
 
+namespace {
+
+long double left_of(const HullSide& s, const CellCorner& c) {
+  return (static_cast<long double>(s.q.x) - s.p.x) * (c.y - s.p.y) -
+         (static_cast<long double>(s.q.y) - s.p.y) * (c.x - s.p.x);
+}
+
+/// The height of a hull's boundary where it is nearest.
+long double height_of(const std::vector<HullSide>& hull, const CellCorner& c) {
+  long double least = std::numeric_limits<long double>::infinity(), height = 0;
+  for (const HullSide& s : hull) {
+    const long double dx = static_cast<long double>(s.q.x) - s.p.x, dy = static_cast<long double>(s.q.y) - s.p.y;
+    const long double t = std::clamp(((c.x - s.p.x) * dx + (c.y - s.p.y) * dy) / (dx * dx + dy * dy), 0.0L, 1.0L);
+    const long double ex = s.p.x + t * dx - c.x, ey = s.p.y + t * dy - c.y, d = ex * ex + ey * ey;
+    if (d < least) least = d, height = s.zp + t * (s.zq - s.zp);
+  }
+  return height;
+}
+
+std::vector<CellCorner> cut_to(const std::vector<CellCorner>& polygon, const std::vector<HullSide>& hull,
+                               long double CellCorner::*height) {
+  std::vector<CellCorner> left = polygon;
+  for (const HullSide& s : hull) {
+    const std::vector<CellCorner> all = std::exchange(left, {});
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      const CellCorner &a = all[k], &b = all[(k + 1) % all.size()];
+      const long double ha = left_of(s, a), hb = left_of(s, b);
+      if (ha >= 0) left.push_back(a);
+      if ((ha < 0) == (hb < 0) || ha == 0 || hb == 0) continue;
+      const long double t = ha / (ha - hb);
+      CellCorner c{a.x + t * (b.x - a.x), a.y + t * (b.y - a.y), a.z1 + t * (b.z1 - a.z1), a.z2 + t * (b.z2 - a.z2)};
+      c.*height = height_of(hull, c);
+      left.push_back(c);
+    }
+  }
+  return left;
+}
+
+std::vector<HullSide> hull_sides(const BruteSurface& s) {
+  std::vector<HullSide> sides;
+  for (const Triple& t : s.triangles)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const std::size_t p = t[k], q = t[(k + 1) % 3];
+      const bool inner = std::any_of(s.triangles.begin(), s.triangles.end(), [&](const Triple& o) {
+        return (o[0] == q && o[1] == p) || (o[1] == q && o[2] == p) || (o[2] == q && o[0] == p);
+      });
+      if (!inner) sides.push_back({s.xy[p], s.xy[q], s.z[p], s.z[q]});
+    }
+  return sides;
+}
+
+}  // namespace
+
+Parts brute_parts_in_hulls(const std::array<CellCorner, 3>& cell, const std::vector<HullSide>& first,
+                           const std::vector<HullSide>& second) {
+  std::vector<CellCorner> polygon(cell.begin(), cell.end());
+  polygon = cut_to(cut_to(polygon, first, &CellCorner::z1), second, &CellCorner::z2);
+  if (polygon.size() < 3) return {};
+  std::rotate(
+      polygon.begin(),
+      std::min_element(polygon.begin(), polygon.end(),
+                       [](const CellCorner& a, const CellCorner& b) { return a.x != b.x ? a.x < b.x : a.y < b.y; }),
+      polygon.end());
+  Parts total;
+  for (std::size_t k = 2; k < polygon.size(); ++k) {
+    const CellCorner &o = polygon[0], &p = polygon[k - 1], &q = polygon[k];
+    const auto from_first = [&](const CellCorner& c) {
+      return Point2{static_cast<double>(c.x - o.x), static_cast<double>(c.y - o.y)};
+    };
+    const Parts part =
+        brute_triangle_parts({from_first(o), from_first(p), from_first(q)}, {o.z2 - o.z1, p.z2 - p.z1, q.z2 - q.z1});
+    if (part.area > 0) total = {total.area + part.area, total.above + part.above, total.below + part.below};
+  }
+  return total;
+}
+
 Parts brute_common_measure(const BruteSurface& a, const BruteSurface& b, bool hull_domain) {
   Points both = a.xy;
   both.insert(both.end(), b.xy.begin(), b.xy.end());
   both = distinct(std::move(both));
-  std::vector<long double> d;
-  std::vector<bool> known;
-  for (const Point2& p : both) {
-    const bool in_both = a.at(p).has_value() && b.at(p).has_value();
-    known.push_back(hull_domain || in_both);
-    d.push_back(known.back() ? b.clamped_at(p) - a.clamped_at(p) : 0);
-  }
+  std::vector<CellCorner> corners;
+  for (const Point2& p : both) corners.push_back({p.x, p.y, a.clamped_at(p), b.clamped_at(p)});
+  const std::vector<HullSide> first = hull_domain ? std::vector<HullSide>() : hull_sides(a),
+                              second = hull_domain ? std::vector<HullSide>() : hull_sides(b);
   Parts total;
   for (const Triple& t : brute_delaunay(both)) {
-    if (!known[t[0]] || !known[t[1]] || !known[t[2]]) continue;
-    const Parts part = brute_triangle_parts({both[t[0]], both[t[1]], both[t[2]]}, {d[t[0]], d[t[1]], d[t[2]]});
+    const Parts part = brute_parts_in_hulls({corners[t[0]], corners[t[1]], corners[t[2]]}, first, second);
     total = {total.area + part.area, total.above + part.above, total.below + part.below};
   }
   return total;

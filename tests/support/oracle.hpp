@@ -72,8 +72,22 @@ struct Parts {
 [[nodiscard]] long double brute_area_between(const std::array<Point2, 3>& p, const std::array<long double, 3>& d,
                                              long double low, long double high);
 
-/// The measure on the common triangulation (docs/method/method.md, section 1): over the triangles of T all of whose
-/// nodes lie in both hulls, or over all of them (hull_domain) with clamped heights.
+/// A side of a convex hull, its inside on the left, with the heights at its ends.
+struct HullSide {
+  Point2 p, q;
+  long double zp, zq;
+};
+/// A corner of a cell of T; a height that is not known, beyond the hull of that surface, is of no account.
+struct CellCorner {
+  long double x, y, z1, z2;
+};
+/// Integrals over what of a triangle of T lies in both hulls: cut along their sides one after the other, on a side with
+/// the height of that side, and fanned from its least corner.
+[[nodiscard]] Parts brute_parts_in_hulls(const std::array<CellCorner, 3>& cell, const std::vector<HullSide>& first,
+                                         const std::vector<HullSide>& second);
+
+/// The measure on the common triangulation (docs/method/method.md, section 1): over what of the triangles of T lies in
+/// both hulls, or over all of them (hull_domain) with clamped heights.
 [[nodiscard]] Parts brute_common_measure(const BruteSurface& a, const BruteSurface& b, bool hull_domain);
 
 }  // namespace isopach::test

@@ -67,12 +67,20 @@ NormalCells::NormalCells(const Comparison& c, const Pair& scans, const Context& 
   const UnitedNodes nodes = unite(scans.scan[0].field.xy, scans.scan[1].field.xy, c.frame.curve);
   zero_.assign(nodes.xy.size(), 0.0);
   d_.resize(nodes.xy.size());
+  Array<double> cosine(nodes.xy.size());
   for_each_index(d_.size(), [&](std::size_t i) {
     const Index in_a = nodes.of_1[i], in_b = nodes.of_2[i];
     const double square =
         in_a != no_index ? std::max(own[0][in_a], other[0][in_a]) : std::max(own[1][in_b], other[1][in_b]);
-    d_[i] = c.cells.d(static_cast<Index>(i)) / std::sqrt(1 + std::max(0.0, square));
+    cosine[i] = 1 / std::sqrt(1 + std::max(0.0, square));
+    d_[i] = c.cells.d(static_cast<Index>(i)) * cosine[i];
   });
+  const CellView cells = c.cells.view();
+  for (const CellPiece& piece : c.cells.pieces) {
+    const std::array<double, 3> at = of_piece(cells, piece).at_corners(cosine);
+    CellPiece& turned = pieces_.emplace_back(piece);
+    for (std::size_t k = 0; k < 3; ++k) turned.at[k].z1 = 0, turned.at[k].z2 = piece.at[k].d() * at[k];
+  }
 }
 
 }  // namespace isopach

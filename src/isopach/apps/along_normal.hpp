@@ -3,6 +3,8 @@
 // Along the direction a wall of slope θ shows every deviation 1 / cos θ times, so a few steep facets rule a mean
 // square. Along the normal it is d · cos θ, to first order in the deviation.
 #pragma once
+#include <vector>
+
 #include "isopach/compare/comparison.hpp"
 #include "isopach/overlay/pair.hpp"
 
@@ -17,11 +19,14 @@ class NormalCells {
  public:
   NormalCells(const Comparison& c, const Pair& scans, const Context& context);
   /// As long as the comparison lives.
-  [[nodiscard]] CellView view() const { return {c_.cells.triangulation, c_.cells.xy, zero_, d_, c_.cells.in_domain}; }
+  [[nodiscard]] CellView view() const {
+    return {c_.cells.triangulation, c_.cells.xy, zero_, d_, c_.cells.in_domain, pieces_};
+  }
 
  private:
   const Comparison& c_;
   Array<double> zero_, d_;
+  std::vector<CellPiece> pieces_;
 };
 
 }  // namespace isopach

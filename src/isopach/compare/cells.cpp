@@ -5,6 +5,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/overlay/rim.hpp"
 
 namespace isopach::stages {
 namespace {
@@ -22,15 +23,15 @@ class CellRules {
         over_hull_(options.domain == DomainKind::hull),
         anything_goes_(over_hull_ && options.border == BorderRule::hull && !(options.max_edge > 0) &&
                        !(options.alpha > 0)),
+        pair_(pair),
         in_{FootprintOfNodes(borders.in[0], g_.of_1, g_.of_2), FootprintOfNodes(borders.in[1], g_.of_2, g_.of_1)},
         known_in_both_(xy.size()) {
     if (borders.single)
       single_.emplace(std::array{FootprintOfNodes((*borders.single)[0], g_.of_1, g_.of_2),
                                  FootprintOfNodes((*borders.single)[1], g_.of_2, g_.of_1)});
-    const auto knows = [&](std::size_t scan, Index node) { return inside(pair.seen[scan].at.kind[node]); };
     for_each_index(xy.size(), [&](std::size_t i) {
-      const Index i1 = g_.of_1[i], i2 = g_.of_2[i];
-      known_in_both_[i] = (i1 == no_index ? knows(1, i2) : i2 != no_index || knows(0, i1)) ? 1 : 0;
+      const auto node = static_cast<Index>(i);
+      known_in_both_[i] = in_hull_of(0, node) && in_hull_of(1, node) ? 1 : 0;
     });
   }
 
@@ -39,10 +40,30 @@ class CellRules {
   [[nodiscard]] bool in_hulls(const Nodes& v) const {
     return over_hull_ || (known_in_both_[v[0]] != 0 && known_in_both_[v[1]] != 0 && known_in_both_[v[2]] != 0);
   }
+  [[nodiscard]] bool finds_folds() const { return single_.has_value(); }
   /// As Cells::scanned.
   [[nodiscard]] int scanned(const Nodes& v) const {
     if (anything_goes_) return 3;
     return (in_[0].holds(v, xy_) ? 1 : 0) + (in_[1].holds(v, xy_) ? 2 : 0);
+  }
+  /// A cell that borders run through.
+  [[nodiscard]] RimCell rim_cell(const Nodes& v, std::span<const RimCrossing> across) const {
+    RimCell cell{v, across};
+    for (std::size_t scan = 0; scan < 2; ++scan) {
+      const FootprintOfNodes& alone = single_ ? (*single_)[scan] : in_[scan];
+      const auto bits = [&](bool hull, bool footprint, bool single) {
+        return static_cast<unsigned char>(
+            ((hull ? in_hull : 0) | (footprint ? in_footprint : 0) | (single ? in_single : 0)) << (extents * scan));
+      };
+      bool hull = true;
+      for (std::size_t k = 0; k < 3; ++k) {
+        const bool known = in_hull_of(scan, v[k]);
+        hull = hull && known;
+        cell.outside[k] |= bits(!known, in_[scan].side(v[k]) == Side::outside, alone.side(v[k]) == Side::outside);
+      }
+      cell.in |= bits(hull, in_[scan].holds(v, xy_), alone.holds(v, xy_));
+    }
+    return cell;
   }
   /// In the footprint of a scan, and not without its folds.
   [[nodiscard]] bool folded(const Nodes& v) const {
@@ -52,72 +73,160 @@ class CellRules {
   }
 
  private:
+  [[nodiscard]] bool in_hull_of(std::size_t scan, Index node) const {
+    const auto& own = scan == 0 ? g_.of_1 : g_.of_2;
+    const auto& other = scan == 0 ? g_.of_2 : g_.of_1;
+    return own[node] != no_index || inside(pair_.seen[1 - scan].at.kind[other[node]]);
+  }
+
   const UnitedNodes& g_;
   std::span<const Point2> xy_;
   bool over_hull_, anything_goes_;
+  const Pair& pair_;
   std::array<FootprintOfNodes, 2> in_;
   std::optional<std::array<FootprintOfNodes, 2>> single_;
   Array<unsigned char> known_in_both_;
 };
 
-/// Sums over the cells that are no part of the domain for one reason or another.
-struct LeftOut {
+/// What is found block by block: sums over what is no part of the domain for one reason or another, and the pieces of
+/// cells that borders run through.
+struct Found {
   struct Part {
     Sum area, above, below;
-    void add(const Cell& cell) {
+    void add(const Cell& cell, int times) {
       const Parts parts = split_volume(cell);
-      area.add(cell.area), above.add(parts.above), below.add(parts.below);
+      area.add(times * cell.area), above.add(times * parts.above), below.add(times * parts.below);
     }
     void add(const Part& p) { area.add(p.area), above.add(p.above), below.add(p.below); }
   };
   Index interface = 0;
-  Sum trimmed_area, trimmed_volume;
-  Part folded;
+  Part trimmed, folded;
+  std::vector<CellPiece> pieces;
 
-  void trim(const Cell& cell) {
-    const Parts parts = split_volume(cell);
-    trimmed_area.add(cell.area);
-    trimmed_volume.add(parts.above + parts.below);
-  }
-  void add(const LeftOut& part) {
+  void add(const Found& part) {
     interface += part.interface;
-    trimmed_area.add(part.trimmed_area);
-    trimmed_volume.add(part.trimmed_volume);
-    folded.add(part.folded);
+    trimmed.add(part.trimmed), folded.add(part.folded);
+    pieces.insert(pieces.end(), part.pieces.begin(), part.pieces.end());
   }
 };
 
-/// Sets in_domain and scanned of the cells [begin, end).
-LeftOut judge_cells(Cells& cells, const Common& common, const CellRules& rules, bool folds_left_out,
-                    const Domain& domain, std::size_t begin, std::size_t end) {
-  LeftOut part;
-  Domain::Scratch scratch;
-  const CellView view = cells.view();
-  const auto for_inside = [&](std::size_t i, auto&& f) {  // the cell, or what of it lies in the domain
-    if (domain.is_everything()) return f(cell_at(view, i));
-    domain.for_pieces(convex(view, i), scratch, [&](const ConvexCell& piece) {
+/// Sets in_domain and scanned of a block of cells.
+class BlockOfCells {
+ public:
+  BlockOfCells(Cells& cells, const CellRules& rules, bool folds_left_out, const Domain& domain,
+               std::span<const BorderSide> sides)
+      : cells_(cells),
+        view_(cells.view()),
+        rules_(rules),
+        folds_left_out_(folds_left_out),
+        domain_(domain),
+        sides_(sides),
+        cutter_(cells.xy, cells.z1, cells.z2, sides) {}
+
+  void judge(Index i, std::span<const RimCrossing> across) {
+    const auto& v = cells_.triangulation.triangles[i].v;
+    const int by = rules_.scanned(v);
+    cells_.scanned[i] = static_cast<unsigned char>(by);
+    if (!across.empty()) return cut(i, across);
+    const bool in_hulls = rules_.in_hulls(v);
+    const bool sampled = in_hulls && (rules_.over_hull() ? by != 0 : by == 3), in_fold = sampled && rules_.folded(v);
+    cells_.in_domain[i] = sampled && !(in_fold && folds_left_out_) ? 1 : 0;
+    if (in_hulls && !sampled) add_inside(found.trimmed, convex(view_, i), 1);
+    if (in_fold) add_inside(found.folded, convex(view_, i), 1);
+  }
+
+  Found found;
+
+ private:
+  using Pieces = std::vector<CellPiece>;
+
+  /// What of the cell lies in both footprints, once with the folds and once without, is measured by the rule for folds;
+  /// the folds are the one less the other. With them no border of a fold cuts: it is a border of no scan.
+  void cut(Index i, std::span<const RimCrossing> across) {
+    of_scans_.clear();
+    for (const RimCrossing& c : across)
+      if ((sides_[c.side].of & ~of_both(in_single)) != 0) of_scans_.push_back(c);
+    Pieces sampled, single;
+    const bool whole = add_pieces(i, of_scans_, in_footprint, sampled, &found.trimmed);
+    const bool whole_single = rules_.finds_folds() ? add_pieces(i, across, in_single, single, nullptr) : whole;
+    if (rules_.finds_folds()) {
+      for (const CellPiece& piece : sampled) add_inside(found.folded, convex(piece), 1);
+      for (const CellPiece& piece : single) add_inside(found.folded, convex(piece), -1);
+    }
+    const bool without_folds = folds_left_out_ && rules_.finds_folds();
+    cells_.in_domain[i] = (without_folds ? whole_single : whole) ? 1 : 0;
+    const Pieces& measured = without_folds ? single : sampled;
+    if (cells_.in_domain[i] == 0) found.pieces.insert(found.pieces.end(), measured.begin(), measured.end());
+  }
+
+  static unsigned of_both(unsigned extent) { return extent | extent << extents; }
+
+  /// The parts of the cell in an extent of both scans; whether these are all of it. What lies in both hulls and not in
+  /// the extent is added to `trimmed`.
+  bool add_pieces(Index i, std::span<const RimCrossing> across, Extent extent, Pieces& added, Found::Part* trimmed) {
+    const RimCell cell = rules_.rim_cell(cells_.triangulation.triangles[i].v, across);
+    bool whole = true;
+    const auto is_in = [](const RimPiece& p, unsigned of) { return (p.in & of_both(of)) == of_both(of); };
+    for (const RimPiece& piece : cutter_(cell)) {
+      whole = whole && is_in(piece, extent);
+      for (std::size_t k = 2; k < piece.corners.size(); ++k) {
+        const CellPiece part = triangle_of(i, piece.corners[0], piece.corners[k - 1], piece.corners[k]);
+        if (!(cell_of(part).area > 0)) continue;
+        if (is_in(piece, extent))
+          added.push_back(part);
+        else if (trimmed != nullptr && is_in(piece, in_hull))
+          add_inside(*trimmed, convex(part), 1);
+      }
+    }
+    return whole;
+  }
+
+  static CellPiece triangle_of(Index cell, const RimCorner& a, const RimCorner& b, const RimCorner& c) {
+    CellPiece piece{cell, {a, b, c}};
+    for (std::size_t scan = 0; scan < 2; ++scan) piece.border[scan] = {a.border[scan], b.border[scan], c.border[scan]};
+    return piece;
+  }
+
+  /// What of the cell the polygons and the mask leave, so many times.
+  void add_inside(Found::Part& part, const ConvexCell& cell, int times) {
+    domain_.for_pieces(cell, scratch_, [&](const ConvexCell& piece) {
       for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
-        f(Cell{area, {p.d(), q.d(), r.d()}});
+        part.add(Cell{area, {p.d(), q.d(), r.d()}}, times);
       });
     });
-  };
-  for (std::size_t i = begin; i < end; ++i) {
-    const auto& v = cells.triangulation.triangles[i].v;
-    const bool in_hulls = rules.in_hulls(v);
-    const int by = rules.scanned(v);
-    cells.scanned[i] = static_cast<unsigned char>(by);
-    const bool sampled = in_hulls && (rules.over_hull() ? by != 0 : by == 3), in_fold = sampled && rules.folded(v);
-    cells.in_domain[i] = sampled && !(in_fold && folds_left_out) ? 1 : 0;
-    if (in_hulls && !sampled) for_inside(i, [&](const Cell& cell) { part.trim(cell); });
-    if (in_fold) for_inside(i, [&](const Cell& cell) { part.folded.add(cell); });
-    part.interface += common.nodes.joins(v) ? 1 : 0;
   }
-  return part;
+
+  Cells& cells_;
+  CellView view_;
+  const CellRules& rules_;
+  bool folds_left_out_;
+  const Domain& domain_;
+  std::span<const BorderSide> sides_;
+  RimCutter cutter_;
+  std::vector<RimCrossing> of_scans_;
+  Domain::Scratch scratch_;
+};
+
+/// The borders of both scans, of nodes of T.
+std::vector<BorderSide> sides_in_t(const Borders& borders, const UnitedNodes& g) {
+  std::vector<BorderSide> sides;
+  for (std::size_t scan = 0; scan < 2; ++scan) {
+    if (borders.sides[scan].empty()) continue;
+    const Array<Index>& of_scan = scan == 0 ? g.of_1 : g.of_2;
+    Array<Index> in_t(borders.in[scan].own.side.size(), no_index);
+    for_each_index(of_scan.size(), [&](std::size_t i) {
+      if (of_scan[i] != no_index) in_t[of_scan[i]] = static_cast<Index>(i);
+    });
+    for (const BorderSide& s : borders.sides[scan])
+      sides.push_back({in_t[s.from], in_t[s.to], static_cast<unsigned char>(s.of << (extents * scan))});
+  }
+  return sides;
 }
 
 }  // namespace
 
-Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain, Comparison& c) {
+Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain, Comparison& c,
+                 const Context& context) {
   Cells cells;
   const UnitedNodes& g = common.nodes;
   const std::size_t n = g.xy.size();
@@ -134,16 +243,28 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   cells.in_domain.resize(cells.triangulation.real);
   cells.scanned.resize(cells.triangulation.real);
   const CellRules rules(common, cells.xy, pair, borders, c.options);
-  const LeftOut found = reduce_blocks<LeftOut>(
+  const std::vector<BorderSide> sides = sides_in_t(borders, common.nodes);
+  const std::vector<RimCrossing> all_across = crossings(cells.triangulation, cells.xy, sides, context);
+  Found found = reduce_blocks<Found>(
       cells.triangulation.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        return judge_cells(cells, common, rules, borders.left_out, domain, begin, end);
+        BlockOfCells block(cells, rules, borders.left_out, domain, sides);
+        const auto before = [](const RimCrossing& crossing, std::size_t cell) { return crossing.cell < cell; };
+        auto next = std::lower_bound(all_across.begin(), all_across.end(), begin, before);
+        for (std::size_t i = begin; i < end; ++i) {
+          const auto first = next;
+          while (next != all_across.end() && next->cell == i) ++next;
+          block.judge(static_cast<Index>(i), {first, next});
+          block.found.interface += common.nodes.joins(cells.triangulation.triangles[i].v) ? 1 : 0;
+        }
+        return std::move(block.found);
       },
-      [](LeftOut& total, const LeftOut& part) { total.add(part); });
+      [](Found& total, const Found& part) { total.add(part); });
+  cells.pieces = std::move(found.pieces);
   c.common = cells.triangulation.real;
   c.interface = found.interface;
-  c.trimmed_area = found.trimmed_area.value();
-  c.trimmed_volume = found.trimmed_volume.value();
+  c.trimmed_area = found.trimmed.area.value();
+  c.trimmed_volume = found.trimmed.above.value() + found.trimmed.below.value();
   c.folds.area = found.folded.area.value();
   Volume& in_folds = c.folds.volume;
   in_folds.above = found.folded.above.value(), in_folds.below = found.folded.below.value();

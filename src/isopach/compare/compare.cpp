@@ -110,7 +110,7 @@ Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions&
   common = stages::unite_meshes(pair, std::move(common), options.locate, smooth[0].has_value(), context);
   const Array<double> weight_at_nodes = weighting.at(common.nodes);
   const NullDifference unchanged_at_nodes = stages::unite_unchanged(std::move(unchanged), common.nodes, c);
-  c.cells = stages::make_cells(common, pair, borders, area.domain(), c);
+  c.cells = stages::make_cells(common, pair, borders, area.domain(), c, context);
   if (!noise.asked()) common.nodes = {};
 
   clock.start("measure");  // 6. equation (7), cell by cell

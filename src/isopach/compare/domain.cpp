@@ -239,8 +239,9 @@ void AreaOfInterest::cut_cells(Comparison& c, const Context& context) const {
   if (domain_.is_everything()) return;
   Array<unsigned char>& flags = c.cells.in_domain;
   const auto any = [&] { return std::find(flags.begin(), flags.end(), 1) != flags.end(); };
-  const bool were_any = any();
+  const bool were_any = any() || !c.cells.pieces.empty();
   c.cells.unclipped.assign(flags.begin(), flags.end());
+  for (const CellPiece& piece : c.cells.pieces) c.cells.unclipped[piece.cell] = 1;
   c.cells.pieces = isopach::cut_cells(c.cells.view(), flags, domain_, context);
   if (were_any && c.cells.pieces.empty() && !any())
     throw OverlapError(

@@ -264,10 +264,10 @@ void Noise::describe_volumes(const UnitedNodes& nodes, const OverlayNoise& over,
     net.add(w.net), above.add(w.above), below.add(w.below);
   const std::array<const Array<Index>*, 2> node_of{&nodes.of_1, &nodes.of_2};
   for (std::size_t scan = 0; has_sigmas() && scan < 2; ++scan) {
-    const VolumeTriple v =
-        variance_of(scan, over.weights ? (*over.weights)[scan]
-                                       : weights_of_scan(of_cells, *node_of[scan], *node_of[1 - scan],
-                                                         in_other_[1 - scan], sigma_[scan].size()));
+    const VolumeTriple v = variance_of(
+        scan, over.weights ? (*over.weights)[scan]
+                           : weights_of_scan(weights_at_borders(of_cells, c.cells.view(), scan), *node_of[scan],
+                                             *node_of[1 - scan], in_other_[1 - scan], sigma_[scan].size()));
     variance.net += v.net, variance.above += v.above, variance.below += v.below;
   }
   const VolumeTriple moved = deviation_by_motion({net.value(), above.value(), below.value()}, over, c);

@@ -97,8 +97,12 @@ std::vector<Index> border_slivers(const CellView& cells) {
   return slivers;
 }
 
-// `unclipped` and `cells` differ in flags and pieces alone.
-void describe_slivers(const CellView& unclipped, const CellView& cells, Comparison& c) {
+void describe_slivers(const CellView& cells, Comparison& c) {
+  // A cell that a polygon cuts off is no border of the scans; one of which a border leaves a part is a cell of theirs.
+  Array<unsigned char> of_scans = c.cells.unclipped.empty() ? c.cells.in_domain : c.cells.unclipped;
+  for (const CellPiece& piece : cells.pieces) of_scans[piece.cell] = 1;
+  CellView unclipped = cells;
+  unclipped.in_domain = of_scans;
   Sum area, volume;
   const auto add = [&](const Cell& cell) {
     const Parts parts = split_volume(cell);
@@ -142,13 +146,10 @@ void warn_of_folds(Comparison& c) {
             : "left out of all figures (--folds keep measures it as it is triangulated)"));
 }
 
-// Of the union. What the footprints share is not known exactly, only the cells that lie in both; those miss of it what
-// the cells of the hulls miss of the hulls' intersection, along its border.
+// Of the union.
 double area_of_both_footprints(const Borders& borders, const Comparison& c) {
   if (c.options.domain == DomainKind::hull) return c.domain_area;
-  const double shared_by_hulls = borders.kept_area + borders.removed_area - c.area_union;
-  const double sampled = c.domain_area + left_out(c).area;
-  return borders.kept_area - shared_by_hulls * (sampled / (sampled + c.trimmed_area));
+  return borders.kept_area - (c.domain_area + left_out(c).area);
 }
 
 Common from_scratch(const Pair& pair, const Context& context) {
@@ -356,6 +357,7 @@ Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Domain& dom
                      const Context& context) {
   const CompareOptions& options = c.options;
   const bool trim = options.border == BorderRule::trim, look = options.check_layers;
+  const bool cuts = options.domain != DomainKind::hull;
   Borders borders;
   std::array<Footprint, 2> footprints;
   std::array<Folds, 2> folds;
@@ -380,9 +382,12 @@ Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Domain& dom
     for_both([&](std::size_t k) {
       Footprint single = without(footprints[k], folds[k]);
       (*borders.single)[k] = margins_of(single, k);
+      if (cuts) borders.sides[k] = border_sides(pair.scan[k].t, footprints[k], &single);
       if (borders.left_out) footprints[k] = std::move(single);
       pair.scan[k].folded = std::move(folds[k].folded);
     });
+  } else if (cuts) {
+    for_both([&](std::size_t k) { borders.sides[k] = border_sides(pair.scan[k].t, footprints[k], nullptr); });
   }
   for (std::size_t k = 0; k < 2; ++k) pair.scan[k].kept = kept_flags(footprints[k]);
   if (!domain.is_everything()) cut_borders(pair, domain, borders, c, context);
@@ -440,10 +445,13 @@ void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
+  constexpr double least_single = 0.01;  // less is the rims of folds
   c.domain_area = c.measures.area;
-  if (!(c.domain_area > 0) && left_out(c).area > 0)
+  if (left_out(c).area > 0 && !(c.domain_area > least_single * (c.domain_area + left_out(c).area)))
     throw OverlapError(
-        "all the area that the scans share has several layers along the direction, so no part of it is a height field: "
+        "all but a hundredth of the area that the scans share has several layers along the direction, so it is no "
+        "height "
+        "field: "
         "choose another --direction, keep one layer by --class or --crop, or measure it as it is with --folds keep");
   if (!(c.domain_area > 0) && c.trimmed_area > 0)
     throw OverlapError(
@@ -466,9 +474,7 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
     throw OverlapError(fmt::format(
         "coverage is {:.6g}, below the {:.6g} that --min-coverage requires: the scans share too little area",
         c.coverage, c.options.min_coverage));
-  CellView before_clipping = cells;  // a cell that a polygon cuts off is no border of the scans
-  if (!c.cells.unclipped.empty()) before_clipping.in_domain = c.cells.unclipped;
-  describe_slivers(before_clipping, cells, c);
+  describe_slivers(cells, c);
 }
 
 }  // namespace isopach::stages

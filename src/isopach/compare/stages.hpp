@@ -4,6 +4,7 @@
 #include <chrono>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "isopach/compare/comparison.hpp"
 #include "isopach/measure/source.hpp"
@@ -12,6 +13,7 @@
 #include "isopach/overlay/location.hpp"
 #include "isopach/overlay/overlay.hpp"
 #include "isopach/overlay/pair.hpp"
+#include "isopach/overlay/rim.hpp"
 #include "isopach/overlay/smooth.hpp"
 
 namespace isopach::stages {
@@ -83,6 +85,7 @@ struct Borders {
   double kept_area = 0, removed_area = 0;        ///< of the two footprints, added up, by the border alone
   std::optional<std::array<Margins, 2>> single;  ///< without folds, if there are any
   bool left_out = false;                         ///< … and they are no part of the scans
+  std::array<std::vector<BorderSide>, 2> sides;  ///< that cells of T are cut along; empty over the hull
 
   /// What is measured.
   [[nodiscard]] const Margins& measured(std::size_t scan) const { return left_out ? (*single)[scan] : in[scan]; }
@@ -106,10 +109,11 @@ void describe_points(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pai
                      Comparison& c);
 
 /// T with both heights at its nodes, and which of its triangles lie in the domain; `common` keeps the ids of its nodes
-/// alone. Sets c.trimmed_area and c.trimmed_volume to what the borders took from it, in units of area and volume, and
-/// c.folds. What was trimmed counts inside `domain` alone; it does not cut here.
+/// alone. Cells that a border runs through are cut along it: their pieces are those of the intersection of both
+/// footprints. Sets c.trimmed_area and c.trimmed_volume to what the borders took from the intersection of the hulls, in
+/// units of area and volume, and c.folds. What was trimmed counts inside `domain` alone; it does not cut here.
 [[nodiscard]] Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain,
-                               Comparison& c);
+                               Comparison& c, const Context& context);
 
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.

@@ -2,9 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/distance/vectors.hpp"
 #include "isopach/match/checks.hpp"
 #include "isopach/match/nominal.hpp"
 #include "isopach/match/repeats.hpp"
@@ -51,9 +51,14 @@ bool Judge::is_another(const Pose& from, const Pose& to) {
   return r.degrees > other_turn || r.shift > other_shift * scans().fixed.extent;
 }
 
-double Judge::distance(const Pose& from, const Pose& to) {
-  const Rival r = apart_from(from, to);
-  return std::hypot(r.shift, r.degrees * std::numbers::pi / 180 * scans().fixed.extent / 2);
+double Judge::share_of_way(const Pose& from, const Pose& to, const Pose& at) {
+  const JudgedScan& moving = scans().moving;
+  double along = 0, whole = 0;
+  for (const Index i : moving.queries) {
+    const Point3 p = moving.points[i] + moving.origin, begin = from.apply(p), way = to.apply(p) - begin;
+    along += dot(at.apply(p) - begin, way), whole += dot(way, way);
+  }
+  return whole > 0 ? along / whole : 0;
 }
 
 std::vector<Pose> Judge::repeated(const Pose& pose) {

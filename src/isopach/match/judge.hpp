@@ -22,8 +22,9 @@ class Judge {
   /// Whether the second lies farther from the first than other_turn or other_shift.
   [[nodiscard]] bool is_another(const Pose& from, const Pose& to);
   [[nodiscard]] Rival apart_from(const Pose& from, const Pose& to);
-  /// How far the second takes MOVING from where the first does: shift, and turn times half the extent.
-  [[nodiscard]] double distance(const Pose& from, const Pose& to);
+  /// How far `at` lies on the way of MOVING from one pose to another: 0 at the first, 1 at the second, by least squares
+  /// over its points; what leads off that way does not count.
+  [[nodiscard]] double share_of_way(const Pose& from, const Pose& to, const Pose& at);
 
   /// Poses that take MOVING to where it looks as at `pose`, because the larger of the scans repeats itself (repeats()).
   [[nodiscard]] std::vector<Pose> repeated(const Pose& pose);

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <optional>
 
 #include "isopach/base/parallel.hpp"
@@ -137,7 +136,6 @@ Matching search_once(const Cloud& moving, const Cloud& fixed, const MatchOptions
   return m;
 }
 
-constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t most_places = 4;  // of a coarse search: the best one and its rivals
 
 /// One matching: a search from the start, a verdict, and what follows from that.
@@ -260,10 +258,13 @@ class Run {
   /// them.
   void look_for_rivals(Matching& m) {
     constexpr double worth_a_search = 0.4;  // a place that few steps led to agrees less than where more would lead
-    constexpr double near_start = 0.1;      // of the way to the rival
+    constexpr double near_start = 0.25;     // of the way to the rival
     clock_.start("verdict");
     const double least = m.verdict->evidence.least();
-    const double moved = m.verdict->stage == Verdict::Stage::start ? judge_.distance(options_.start, m.pose) : infinity;
+    const bool from_start = m.verdict->stage == Verdict::Stage::start;
+    const auto start_decides = [&](const Pose& other) {
+      return from_start && judge_.share_of_way(m.pose, other, options_.start) < near_start;
+    };
     MatchOptions o = options_;
     o.objective = Objective::icp_plane;
     o.compare.weight = {}, o.sigma = 0;
@@ -271,7 +272,7 @@ class Run {
     for (const Pose& place : judge_.repeated(m.pose)) others.push_back(place);
     for (const Pose& place : others) {
       if (!judge_.is_another(m.pose, place)) continue;
-      if (moved <= near_start * judge_.distance(m.pose, place)) continue;
+      if (start_decides(place)) continue;
       if (judge_(place).evidence.least() < least - worth_a_search) continue;
       try {
         const Matching found = icp(moving_, fixed_, place, o, context_);

@@ -27,8 +27,8 @@ constexpr unsigned number(unsigned i, unsigned j) { return j * (steps + 1) - j *
 constexpr bool is_corner(unsigned i, unsigned j) { return i + j == 0 || i == steps || j == steps; }
 
 struct Drawn {
-  Index cell;
-  double weight;  // cells it stands for, by area
+  std::size_t item;  // a triangle of T or a piece of one, see source.hpp
+  double weight;     // cells it stands for, by area
 };
 
 struct Draw {
@@ -56,9 +56,7 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
   Draw result;
   Array<Drawn>& drawn = result.cells;
   if (total.count <= most) {
-    for_common(cells, [&](const CommonCell& c) {  // pieces at the rim of the domain bend as their neighbours do
-      if (c.piece == nullptr) drawn.push_back({c.triangle, 1});
-    });
+    for_common(cells, 0, items_of(cells), [&](const CommonCell&, std::size_t item) { drawn.push_back({item, 1}); });
     return result;
   }
   result.is_sample = true;
@@ -72,11 +70,10 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
     if (place(next) >= end) continue;
     double reached = before[b];
     const std::size_t last = std::min(items_of(cells), (b + 1) * default_block);
-    for_common(cells, b * default_block, last, [&](const CommonCell& c, std::size_t) {
-      if (c.piece != nullptr) return;
+    for_common(cells, b * default_block, last, [&](const CommonCell& c, std::size_t item) {
       const double area = c.cell().area;
       reached += area;
-      for (; next < most && place(next) < reached; ++next) drawn.push_back({c.triangle, stretch / area});
+      for (; next < most && place(next) < reached; ++next) drawn.push_back({item, stretch / area});
     });
   }
   return result;
@@ -85,8 +82,8 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
 Array<Point2> lattice_points(const CellView& cells, const Array<Drawn>& drawn) {
   Array<Point2> points(made * drawn.size());
   for_each_index(drawn.size(), [&](std::size_t k) {
-    const auto& v = cells.t.triangles[drawn[k].cell].v;
-    const Point2 &o = cells.xy[v[0]], &p = cells.xy[v[1]], &q = cells.xy[v[2]];
+    const CommonCell cell = of_item(cells, drawn[k].item);
+    const Corner o = cell.corner(0), p = cell.corner(1), q = cell.corner(2);
     std::size_t at = made * k;
     for (unsigned j = 0; j <= steps; ++j)
       for (unsigned i = 0; i + j <= steps; ++i) {
@@ -137,7 +134,7 @@ BendError bend_error(const CellView& cells, const SmoothSurface& s1, const Smoot
 
   Array<Four> corrections(drawn.size()), rests(drawn.size());
   for_each_index(drawn.size(), [&, &drawn = drawn](std::size_t k) {
-    const Cell cell = cell_at(cells, drawn[k].cell);
+    const Cell cell = of_item(cells, drawn[k].item).cell();
     std::array<double, lattice> d;
     std::size_t at = made * k;
     for (unsigned j = 0; j <= steps; ++j)

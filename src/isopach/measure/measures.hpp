@@ -51,10 +51,16 @@ struct Measures {
   DifferenceStatistics difference;
 };
 
+/// Nodes at the ends of the side that a corner of a piece lies on; no_index where it lies on none.
+using SideEnds = std::array<Index, 2>;
+
 /// A part of a triangle of T that is clipped: a triangle with both surfaces at its corners.
 struct CellPiece {
   Index cell;  ///< the triangle of T it was cut from
   std::array<Corner, 3> at;
+  /// By scan and corner: the side of its border that its height there is of.
+  std::array<std::array<SideEnds, 3>, 2> border{{{{{no_index, no_index}, {no_index, no_index}, {no_index, no_index}}},
+                                                 {{{no_index, no_index}, {no_index, no_index}, {no_index, no_index}}}}};
 };
 
 /// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each, and the pieces of

@@ -1,5 +1,7 @@
 #include "isopach/measure/source.hpp"
 
+#include <cmath>
+
 #include "isopach/base/parallel.hpp"
 
 namespace isopach {
@@ -44,6 +46,12 @@ std::array<double, 3> CommonCell::shares_of_nodes(std::size_t k) const {
   return shares;
 }
 
+double CommonCell::share_of_side(const SideEnds& ends, const Corner& at) const {
+  const Point2 &p = cells.xy[ends[0]], &q = cells.xy[ends[1]];
+  const bool by_x = std::fabs(q.x - p.x) >= std::fabs(q.y - p.y);
+  return std::clamp(by_x ? (at.x - p.x) / (q.x - p.x) : (at.y - p.y) / (q.y - p.y), 0.0, 1.0);
+}
+
 std::array<double, 3> CommonCell::at_corners(std::span<const double> of_node) const {
   const auto& v = cells.t.triangles[triangle].v;
   if (piece == nullptr) return {of_node[v[0]], of_node[v[1]], of_node[v[2]]};
@@ -57,21 +65,30 @@ std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char>
                                  const Context& context) {
   context.check();
   using Pieces = std::vector<CellPiece>;
+  const std::size_t whole = cells.t.real;
   return reduce_blocks<Pieces>(
-      cells.t.real, default_block,
+      items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
         Pieces pieces;
         Domain::Scratch scratch;
-        for (std::size_t i = begin; i < end; ++i) {
+        const auto add_parts = [&](Index cell) {
+          for (const ConvexCell& part : scratch.pieces)
+            for_triangles(part, [&](double, const Corner& a, const Corner& b, const Corner& c) {
+              pieces.push_back({cell, {a, b, c}});
+            });
+        };
+        for (std::size_t i = begin; i < std::min(end, whole); ++i) {
           if (in_domain[i] == 0) continue;
           const Regions::Answer answer = domain.split(convex(cells, i), scratch);
           if (answer == Regions::Answer::all) continue;
           in_domain[i] = 0;
-          if (answer == Regions::Answer::none) continue;
-          for (const ConvexCell& piece : scratch.pieces)
-            for_triangles(piece, [&](double, const Corner& a, const Corner& b, const Corner& c) {
-              pieces.push_back({static_cast<Index>(i), {a, b, c}});
-            });
+          if (answer == Regions::Answer::some) add_parts(static_cast<Index>(i));
+        }
+        for (std::size_t i = std::max(begin, whole); i < end; ++i) {
+          const CellPiece& piece = cells.pieces[i - whole];
+          const Regions::Answer answer = domain.split(convex(piece), scratch);
+          if (answer == Regions::Answer::all) pieces.push_back(piece);
+          if (answer == Regions::Answer::some) add_parts(piece.cell);
         }
         return pieces;
       },

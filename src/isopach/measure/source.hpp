@@ -62,9 +62,28 @@ struct CommonCell {
     for (std::size_t j = 0; j < 3; ++j) f(v[j], shares[j]);
   }
 
+  /// The same for the height of surface `scan` there, where it is that of a border of the scan.
+  template <class F>
+  void for_border_nodes(std::size_t scan, std::size_t k, F&& f) const {
+    const SideEnds& ends = piece->border[scan][k];
+    const double share = share_of_side(ends, piece->at[k]);
+    f(ends[0], 1 - share), f(ends[1], share);
+  }
+  [[nodiscard]] bool on_border(std::size_t scan, std::size_t k) const {
+    return piece != nullptr && piece->border[scan][k][0] != no_index;
+  }
+
  private:
   [[nodiscard]] std::array<double, 3> shares_of_nodes(std::size_t k) const;  // barycentric
+  [[nodiscard]] double share_of_side(const SideEnds& ends, const Corner& at) const;
 };
+
+/// By item: a triangle, or a piece of one.
+[[nodiscard]] inline CommonCell of_item(const CellView& cells, std::size_t item) {
+  const std::size_t whole = cells.t.real;
+  if (item < whole) return {cells, static_cast<Index>(item), nullptr};
+  return {cells, cells.pieces[item - whole].cell, &cells.pieces[item - whole]};
+}
 
 [[nodiscard]] inline CommonCell of_piece(const CellView& cells, const CellPiece& piece) {
   return {cells, piece.cell, &piece};
@@ -88,8 +107,8 @@ void for_common(const CellView& cells, F&& f) {
 }
 
 /// Cuts the cells whose flag is set: those not left whole lose it, and their pieces are returned, in the order of the
-/// cells. Cost O(cells), little more than one look at each where regions are large against cells. Oracle:
-/// tests/measure/source_test.cpp.
+/// cells, and behind them what is left of `cells.pieces`. Cost O(cells), little more than one look at each where
+/// regions are large against cells. Oracle: tests/measure/source_test.cpp.
 [[nodiscard]] std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char> in_domain,
                                                const Domain& domain, const Context& context);
 

@@ -205,11 +205,24 @@ NodeWeights weights_of_cells(const CellView& cells, const Context& context) {
   return w;
 }
 
+NodeWeights weights_at_borders(NodeWeights of_cells, const CellView& cells, std::size_t scan) {
+  for (const CellPiece& piece : cells.pieces) {
+    const CommonCell c = of_piece(cells, piece);
+    const auto parts = corner_weights(c.cell());
+    for (std::size_t k = 0; k < 3; ++k) {
+      if (!c.on_border(scan, k)) continue;
+      c.for_nodes(k, [&](Index node, double share) { add_to(of_cells[node], -share, parts[k]); });
+      c.for_border_nodes(scan, k, [&](Index node, double share) { add_to(of_cells[node], share, parts[k]); });
+    }
+  }
+  return of_cells;
+}
+
 NodeWeights weights_of_scan(const NodeWeights& of_cells, std::span<const Index> own, std::span<const Index> other,
                             std::span<const Stencil> stencil, std::size_t nodes) {
   NodeWeights w = zeros(nodes);
   for (std::size_t i = 0; i < of_cells.size(); ++i) {
-    if (!(of_cells[i].net > 0)) continue;
+    if (of_cells[i].net == 0) continue;
     if (own[i] != no_index) {
       add_to(w[own[i]], 1, of_cells[i]);
       continue;

@@ -80,6 +80,8 @@ using NodeWeights = Array<VolumeTriple>;
 /// over the triangles in their order. Cost O(triangles). Oracle: tests/compare/noise_test.cpp (derivatives by
 /// differences).
 [[nodiscard]] NodeWeights weights_of_cells(const CellView& cells, const Context& context);
+/// The same for what the heights of one scan alone do: on its border they are those of the side of the border.
+[[nodiscard]] NodeWeights weights_at_borders(NodeWeights of_cells, const CellView& cells, std::size_t scan);
 
 /// Hands the weights of the nodes of T on to the nodes of one scan that make its height there: `own[i]` is the node of
 /// the scan that node i of T is, or no_index; then `other[i]` is its node of the other scan, which `stencil` locates in

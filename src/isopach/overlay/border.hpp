@@ -71,10 +71,9 @@ struct Margins {
 [[nodiscard]] Margins margins(const Footprint& f, const Triangulation& t, std::span<const Point2> xy,
                               const Locations& other_in_t, const Context& context);
 
-/// Whether cells of T lie in the footprint of one scan. A cell does if its three corners are in it (rim included) and
-/// from no corner on the rim the way to its centroid starts in a removed triangle. For a cell that is a triangle of the
-/// scan this is that triangle's own flag; a cell with corners of both scans that hangs over the rim is left out
-/// if a corner of it is, so a cell counts whole or not at all, and areas and volumes add up exactly.
+/// Whether cells of T that the border of a footprint does not run through (overlay/rim.hpp) lie in it. A cell does if
+/// its three corners are in it (rim included) and from no corner on the rim the way to its centroid starts in a removed
+/// triangle. For a cell that is a triangle of the scan this is that triangle's own flag.
 class FootprintOfNodes {
  public:
   /// `own` and `other`: ids in their scan of the nodes of T, or no_index.

@@ -279,12 +279,25 @@ class Overlay::Flood {
   }
   void put_crossing(unsigned i, unsigned j) {
     const NodeView &a = node_[j], &b = node_[next3(j)];
-    const double r = share(edge_[j].side[i], edge_[j].side[next3(i)]), u = share(a.side[i], b.side[i]);
+    const unsigned m = next3(i);
+    double r = share(edge_[j].side[i], edge_[j].side[m]), u = share(a.side[i], b.side[i]);
+    if (nearly_parallel(i, a, b)) [[unlikely]] {
+      const Point2 &p = p_[i], &q = p_[m], &at_a = i_.xy[a.id], &at_b = i_.xy[b.id];
+      r = share(exact::twice_area(at_a, at_b, p), exact::twice_area(at_a, at_b, q));
+      u = share(exact::twice_area(p, q, at_a), exact::twice_area(p, q, at_b));
+    }
     const double za = i_.z[a.id], zb = i_.z[b.id];
     const Index side = (first_ + j) % 3;
     c_->crossings |= static_cast<std::uint8_t>(1u << c_->corners);
-    put({i, half_edge(at_, side)}, x_[i] + r * dx_[i], y_[i] + r * dy_[i], z_[i] + r * (z_[next3(i)] - z_[i]),
+    put({i, half_edge(at_, side)}, x_[i] + r * dx_[i], y_[i] + r * dy_[i], z_[i] + r * (z_[m] - z_[i]),
         za + u * (zb - za));
+  }
+  // Whether the areas at a crossing are so small beside the edges that rounding shows in their shares. The cells round
+  // it would then not agree where it is, which on lattices that nearly share lines costs whole cells.
+  [[nodiscard]] bool nearly_parallel(unsigned i, const NodeView& a, const NodeView& b) const {
+    constexpr double sine = 1e-3;
+    const double twice = std::fabs(a.side[i]) + std::fabs(b.side[i]), x = a.x[i] - b.x[i], y = a.y[i] - b.y[i];
+    return twice * twice < sine * sine * (dx_[i] * dx_[i] + dy_[i] * dy_[i]) * (x * x + y * y);
   }
   // Of an edge up to its crossing, from the areas on both sides, which have opposite signs. Both 0: less than the
   // smallest double apart.
