@@ -349,7 +349,7 @@ class Page : public HtmlPage {
       const std::string plane = at(in + "unit").get<std::string>(), up = at(in + "vertical_unit").get<std::string>();
       if (!c_.options.unit.empty()) {
         const std::string named = plane == "unknown" ? "none" : escaped(unit_text(plane));
-        return escaped(unit_text(c_.unit)) + " (as --unit says; in the file: " + named + ")";
+        return escaped(unit_text(c_.unit)) + " (as @unit says; in the file: " + named + ")";
       }
       return escaped(unit_sentence(plane)) + (up == plane ? "" : "; heights: " + escaped(unit_sentence(up)));
     });
