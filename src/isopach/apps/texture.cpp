@@ -101,8 +101,7 @@ SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame,
     scan.below = heights_below(xy, *reference, context);
     const Array<double> known = scan.below;
     thin_out(xy, z, scan.below, scan.node_of_point, [&](std::size_t i) { return !std::isnan(known[i]); });
-    if (xy.empty())
-      throw OverlapError("@reference: lies nowhere under the scan: put it in place, or let @match do so");
+    if (xy.empty()) throw OverlapError("@reference: lies nowhere under the scan: put it in place, or let @match do so");
   }
   const bool trim = options.compare.border == BorderRule::trim;
   for (int pass = 0; pass < 2; ++pass) {

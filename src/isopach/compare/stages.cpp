@@ -433,10 +433,10 @@ void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comp
 void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context) {
   c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, domain, context);
   if (!c.detail && c.options.measure == MeasureKind::dV)
-    throw OverlapError(fmt::format(
-        "@measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave @measure "
-        "out, or take scans that share more area",
-        !domain.is_everything() ? " and of @include, @exclude and @mask" : ""));
+    throw OverlapError(
+        fmt::format("@measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave @measure "
+                    "out, or take scans that share more area",
+                    !domain.is_everything() ? " and of @include, @exclude and @mask" : ""));
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
@@ -463,9 +463,9 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
   warn_of_folds(c);
   if (c.coverage < c.options.min_coverage)
-    throw OverlapError(fmt::format(
-        "coverage is {:.6g}, below the {:.6g} that @min-coverage requires: the scans share too little area",
-        c.coverage, c.options.min_coverage));
+    throw OverlapError(
+        fmt::format("coverage is {:.6g}, below the {:.6g} that @min-coverage requires: the scans share too little area",
+                    c.coverage, c.options.min_coverage));
   CellView before_clipping = cells;  // a cell that a polygon cuts off is no border of the scans
   if (!c.cells.unclipped.empty()) before_clipping.in_domain = c.cells.unclipped;
   describe_slivers(before_clipping, cells, c);

@@ -55,8 +55,7 @@ Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute,
 void check_weight(const CompareOptions& options) {
   if (options.weight.kind == Kind::none) return;
   if (options.interpolation == Interpolation::cubic)
-    throw UsageError(
-        "@weight: it is of two piecewise linear surfaces: leave @interpolation cubic out, or the weight");
+    throw UsageError("@weight: it is of two piecewise linear surfaces: leave @interpolation cubic out, or the weight");
 }
 
 void check_read(const WeightSource& source) {

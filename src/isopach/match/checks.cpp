@@ -27,8 +27,8 @@ void check_options(const MatchOptions& o) {
   if (!o.compare.pose.is_identity()) throw UsageError("@pose: a matching starts at @start and finds the pose itself");
   const IcpOptions& icp = o.icp;
   if (!(icp.reject_distance >= 0) || !std::isfinite(icp.reject_distance))
-    throw UsageError(fmt::format("@reject-distance: {} is no distance: a length, medians such as 3x, or none",
-                                 icp.reject_distance));
+    throw UsageError(
+        fmt::format("@reject-distance: {} is no distance: a length, medians such as 3x, or none", icp.reject_distance));
   if (!(icp.reject_normal >= 0) || icp.reject_normal > 90)
     throw UsageError(fmt::format(
         "@reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none", icp.reject_normal));

@@ -267,8 +267,8 @@ Totals sum_block(const Source& source, Integrate& integrate, std::size_t begin, 
     case Refusal::Why::no_data:
       break;
   }
-  throw InputError(fmt::format("@weight: {} has no value {}: it must cover the whole domain; fill its gaps, or @crop",
-                               name, place));
+  throw InputError(
+      fmt::format("@weight: {} has no value {}: it must cover the whole domain; fill its gaps, or @crop", name, place));
 }
 
 Totals combined(const std::vector<Totals>& blocks) {
