@@ -6,7 +6,7 @@
 namespace isopach {
 namespace {
 
-/// The options that messages name, sorted. scripts/checks/words.py holds it to the messages, tests/cli/options_test.py
+/// The options that messages name, sorted. scripts/checks/words.py holds it to the messages, tests/cli/warnings_test.py
 /// to the options of the command line.
 constexpr std::string_view option_keys[] = {
     "accept-doubt",
