@@ -9,6 +9,7 @@
 
 #include "isopach/apps/combine.hpp"
 #include "isopach/apps/motions.hpp"
+#include "isopach/base/option_key.hpp"
 #include "isopach/simulate/face_and_jaw.hpp"
 
 int main(int argc, char** argv) {
@@ -33,7 +34,7 @@ int main(int argc, char** argv) {
                    std::hypot(a.x - b.x, a.y - b.y, a.z - b.z), c.sigma_angle * 180 / std::numbers::pi, c.sigma_middle,
                    used);
       } catch (const Error& error) {
-        fmt::print("| {:g} | {} | {} |\n", noise, seed, error.what());
+        fmt::print("| {:g} | {} | {} |\n", noise, seed, for_shell(error.what()));
       }
       std::fflush(stdout);
     }

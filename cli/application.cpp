@@ -41,7 +41,7 @@ void deliver_application(const Delivered& result, Timing& timing, const std::vec
   if (output.json != "-") {
     run.show(result.text());
   } else {
-    for (const std::string& warning : warnings) run.say("warning: " + warning);
+    for (const std::string& warning : warnings) run.warn(warning);
   }
 }
 

@@ -88,7 +88,7 @@ void deliver_combination(Combination& c, const Request& request, OutputFolder* f
     run.show(combine_text(c));
     if (folder != nullptr) run.show("report: " + folder->final_path("report.html"));
   } else {
-    for (const std::string& warning : c.warnings) run.say("warning: " + warning);
+    for (const std::string& warning : c.warnings) run.warn(warning);
   }
 }
 

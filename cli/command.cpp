@@ -15,6 +15,7 @@
 #include "cli/interrupt.hpp"
 #include "cli/terminal.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/base/option_key.hpp"
 #include "isopach/base/thread_limit.hpp"
 #include "isopach/io/input_file.hpp"
 #include "isopach/version.hpp"
@@ -352,6 +353,8 @@ void Run::say(const std::string& line) {
   progress_.clear();
   write_message(printable(line) + "\n");
 }
+
+void Run::warn(const std::string& warning) { say("warning: " + for_shell(warning)); }
 
 void Run::show(const std::string& text) {
   if (!quiet_) print(printable(text));

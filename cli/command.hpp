@@ -119,6 +119,8 @@ class Run {
   [[nodiscard]] const Context& context() const { return context_; }
   /// A message on stderr, unless --quiet.
   void say(const std::string& line);
+  /// A warning of the library on stderr, with its options spelled, unless --quiet.
+  void warn(const std::string& warning);
   /// A result on stdout, unless --quiet.
   void show(const std::string& text);
   /// A result that was asked for by name (--json -): on stdout, --quiet or not.

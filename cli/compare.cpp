@@ -231,7 +231,7 @@ std::shared_ptr<const Matching> match_first(const Cloud& a, const Cloud& b, cons
   wanted.judge = false;  // the comparison that follows does
   auto found = std::make_shared<Matching>(match(b, a, wanted, run.context()));
   const Matching& m = *found;
-  require_trust(m, "--match");
+  require_trust(m, "@match");
   if (!m.converged)
     throw Error(ExitCode::not_converged, "--match: " + m.reason + ": look at it with isopach match, or give a --pose");
   remarks = m.weak_directions;

@@ -127,7 +127,7 @@ int run_convert(const Arguments& arguments) {
   Cloud cloud = read_cloud(in, options, run.context());
   std::optional<LasStorage> before;  // now: OUT may be the same file
   if (is_las_file(cloud)) before = las_storage(in);
-  for (const std::string& note : cloud.notes) run.say(fmt::format("warning: {}: {}", in, note));
+  for (const std::string& note : cloud.notes) run.warn(fmt::format("{}: {}", in, note));
   if (!pose.is_identity()) {
     for (Point3& p : cloud.points) p = pose.apply(p);
     turn_normals(cloud, pose);

@@ -181,7 +181,7 @@ void deliver(Distances& d, const Cloud& a, const Cloud& b, const Request& reques
   if (request.json != "-") {
     run.show(distance_text(d));
   } else {
-    for (const std::string& warning : d.warnings) run.say("warning: " + warning);
+    for (const std::string& warning : d.warnings) run.warn(warning);
   }
 }
 

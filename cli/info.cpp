@@ -9,6 +9,7 @@
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/verbs.hpp"
+#include "isopach/base/option_key.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/io/read.hpp"
 
@@ -91,7 +92,8 @@ nlohmann::ordered_json to_json(const std::string& path, const Info& info) {
   json["duplicates"] = info.field ? info.field->cleaning.duplicates : 0;
   json["layered_share"] = info.layers;
   json["spacing"] = info.spacing;
-  json["notes"] = cloud.notes;
+  json["notes"] = nlohmann::ordered_json::array();
+  for (const std::string& note : cloud.notes) json["notes"].push_back(for_shell(note));
   return json;
 }
 
@@ -137,7 +139,7 @@ std::string to_text(const std::string& path, const Info& info) {
                                                                        cleaning.duplicate_max_spread)));
   row("layers", info.layers == 0 ? "one" : fmt::format("several over {:.2g} % of the area", 100 * info.layers));
   row("spacing", fmt::format("about {:.3g}", info.spacing));
-  for (const std::string& note : cloud.notes) row("note", note);
+  for (const std::string& note : cloud.notes) row("note", for_shell(note));
   return out;
 }
 

@@ -11,6 +11,7 @@
 #include "cli/terminal.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/base/option_key.hpp"
 #include "isopach/io/output_file.hpp"
 #include "isopach/version.hpp"
 
@@ -109,7 +110,7 @@ int main(int argc, char** argv) {
     }
     return code;
   } catch (const isopach::Error& error) {
-    return isopach::cli::fail(error.code(), error.what());
+    return isopach::cli::fail(error.code(), isopach::for_shell(error.what()));
   } catch (const std::bad_alloc&) {
     return isopach::cli::fail(ExitCode::internal,
                               "out of memory: thin or crop the scans, or use a machine with more memory");

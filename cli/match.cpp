@@ -118,7 +118,7 @@ void deliver_match(Matching& m, const Cloud& moving, const Request& request, Out
   if (request.json != "-") {
     run.show(match_text(m));
   } else {
-    for (const std::string& warning : m.warnings) run.say("warning: " + warning);
+    for (const std::string& warning : m.warnings) run.warn(warning);
   }
 }
 

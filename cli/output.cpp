@@ -126,7 +126,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
   if (delivery.json != "-") {
     run.show(comparison_text(comparison, truth, matched));  // warnings included
   } else {
-    for (const std::string& warning : comparison.warnings) run.say("warning: " + warning);
+    for (const std::string& warning : comparison.warnings) run.warn(warning);
   }
 }
 

@@ -172,7 +172,7 @@ WeightSource parse_weight(const std::string& text) {
     if (text.size() > std::strlen(ending) &&
         text.compare(text.size() - std::strlen(ending), std::string::npos, ending) == 0)
       throw InputError("--weight: " + text + ": no such file: give a raster that is there");
-  return {Kind::expression, Scan::any, text, Expression(text, "--weight")};  // refused before any file is read
+  return {Kind::expression, Scan::any, text, Expression(text, "@weight")};  // refused before any file is read
 }
 
 Pose read_pose(const std::string& path, const std::string& option) {

@@ -166,7 +166,7 @@ void deliver(Roughness& r, const Cloud& scan, const Cloud& after, const Request&
   if (request.json != "-") {
     run.show(roughness_text(r));
   } else {
-    for (const std::string& warning : r.warnings) run.say("warning: " + warning);
+    for (const std::string& warning : r.warnings) run.warn(warning);
   }
 }
 

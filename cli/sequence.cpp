@@ -172,7 +172,7 @@ void deliver_sequence(SequenceResult& r, const Request& request, OutputFolder* f
     run.show(sequence_text(r));
     if (folder != nullptr) run.show("report: " + folder->final_path("report.html"));
   } else {
-    for (const std::string& warning : r.warnings) run.say("warning: " + warning);
+    for (const std::string& warning : r.warnings) run.warn(warning);
   }
 }
 

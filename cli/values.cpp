@@ -29,11 +29,11 @@ AreaOptions read_area(const AreaPaths& paths, const Context& context) {
 void read_rasters(CompareOptions& options, const Context& context) {
   UncertaintyOptions& u = options.uncertainty;
   if (u.sigma1.kind == SigmaSource::Kind::raster)
-    u.sigma1.raster = read_raster_values(u.sigma1.name, "--sigma1", context);
+    u.sigma1.raster = read_raster_values(u.sigma1.name, "@sigma1", context);
   if (u.sigma2.kind == SigmaSource::Kind::raster)
-    u.sigma2.raster = read_raster_values(u.sigma2.name, "--sigma2", context);
+    u.sigma2.raster = read_raster_values(u.sigma2.name, "@sigma2", context);
   if (options.weight.kind == WeightSource::Kind::raster)
-    options.weight.raster = read_raster_values(options.weight.text, "--weight", context);
+    options.weight.raster = read_raster_values(options.weight.text, "@weight", context);
 }
 
 }  // namespace isopach::cli

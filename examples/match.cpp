@@ -3,6 +3,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "isopach/base/option_key.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/simulate/scene.hpp"
 
@@ -29,6 +30,6 @@ int main() try {
             << "\nno point is farther than " << largest << " " << m.unit << " from its true place\n";
   return largest < 0.5 ? 0 : 1;
 } catch (const isopach::Error& error) {
-  std::cerr << error.what() << "\n";
+  std::cerr << isopach::for_keywords(error.what()) << "\n";
   return static_cast<int>(error.code());
 }

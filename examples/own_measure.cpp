@@ -2,6 +2,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "isopach/base/option_key.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/simulate/scene.hpp"
@@ -27,6 +28,6 @@ int main() try {
   std::cout << "more than 2 m above: " << found << " m³, in truth " << truth << " m³\n";
   return std::abs(found - truth) < 1e-3 * truth ? 0 : 1;
 } catch (const isopach::Error& error) {
-  std::cerr << error.what() << "\n";
+  std::cerr << isopach::for_keywords(error.what()) << "\n";
   return static_cast<int>(error.code());
 }

@@ -3,6 +3,7 @@
 #include <iostream>
 #include <vector>
 
+#include "isopach/base/option_key.hpp"
 #include "isopach/compare/compare.hpp"
 
 struct Beam {  // as the caller's own library gives it: range and two angles
@@ -33,6 +34,6 @@ int main() try {
   std::cout << "mean d " << c.measures.difference.mean << " m, net by quality " << c.weighted->net << " m³\n";
   return std::abs(c.measures.difference.mean - 0.5) < 1e-6 ? 0 : 1;
 } catch (const isopach::Error& error) {
-  std::cerr << error.what() << "\n";
+  std::cerr << isopach::for_keywords(error.what()) << "\n";
   return static_cast<int>(error.code());
 }

@@ -2,6 +2,7 @@
 #include <cmath>
 #include <iostream>
 
+#include "isopach/base/option_key.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/simulate/scene.hpp"
 
@@ -26,6 +27,6 @@ int main() try {
   // Cells are cut exactly: the two halves add up to the whole.
   return c.budget.size() == 2 && std::abs(net - c.measures.volume.net) < 1e-9 * net ? 0 : 1;
 } catch (const isopach::Error& error) {
-  std::cerr << error.what() << "\n";
+  std::cerr << isopach::for_keywords(error.what()) << "\n";
   return static_cast<int>(error.code());
 }

@@ -24,6 +24,31 @@ TOKEN = re.compile(
     re.DOTALL)
 
 
+# A message's mention of an option, "@max-edge", where base/option_key.cpp takes it for one.
+KEY = re.compile(r"(?<![\w./@'\"`\u0080-\U0010ffff-])@([a-z][a-z0-9-]*)(?![\w/@\u0080-\U0010ffff-]|\.\w)")
+KEY_TABLE = "src/isopach/base/option_key.cpp"
+
+
+def option_keys():
+    """The options that messages may name."""
+    table = re.search(r"option_keys\[\] = \{(.*?)\};", text_of(KEY_TABLE), re.DOTALL)
+    return re.findall(r'"([^"]*)"', table.group(1)) if table else []
+
+
+def for_shell(text):
+    """A message as the command line shows it."""
+    return KEY.sub(lambda match: "--" + match.group(1), text)
+
+
+def literals(name):
+    """(line number, inside) of each string literal of a source."""
+    text = text_of(name)
+    for token in TOKEN.finditer(text):
+        if token.group().startswith(('"', 'R"')):
+            inside = token.group()[token.group().index('"') + 1:-1]
+            yield text.count("\n", 0, token.start()) + 1, inside
+
+
 def code_of(name):
     """The file's text with comments and the insides of strings blanked; lines keep their numbers."""
 

@@ -2,13 +2,13 @@
 """Every warning of the program is listed in docs/use/warnings.md, and every one listed there is one of the program.
 
 A warning is what is pushed to a list called warnings, notes, remarks or weak_directions, or set as a note. Its text is
-its string literals with … for what is put in at run time. A row of the page begins with a phrase of that text in
-backticks; tests/cli/warnings_test.py then asks whether the verbs of the row have the options that the text names."""
+its string literals with … for what is put in at run time, options spelled as at the command line. A row of the page
+begins with a phrase of that text in backticks; tests/cli/warnings_test.py then asks whether the verbs of the row have the options that the text names."""
 
 import re
 from collections import namedtuple
 
-from common import TOKEN, finish, text_of, tracked
+from common import TOKEN, finish, for_shell, text_of, tracked
 
 PAGE = "docs/use/warnings.md"
 Warning = namedtuple("Warning", "file line text")
@@ -42,7 +42,7 @@ def words_of(code):
         if not token.group().startswith('"'):
             continue
         gap = code[end:token.start()].strip()
-        out += ("" if not gap and out else "…") + token.group()[1:-1]
+        out += ("" if not gap and out else "…") + for_shell(token.group()[1:-1])
         end = token.end()
     out += "…"
     out = re.sub(r"\{[^{}]*\}", "…", out.replace('\\"', '"').replace("\\\\", "\\"))

@@ -7,6 +7,7 @@
 #include "isopach/apps/roughness.hpp"
 #include "isopach/apps/scanners.hpp"
 #include "isopach/apps/sequence.hpp"
+#include "isopach/base/option_key.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/delaunay/triangulate.hpp"

@@ -43,16 +43,16 @@ TEST(AsymmetryPose, WhatIsGivenHoldsAndIsWarnedOf) {
   const Cloud cloud = test::mean_face_scan(swollen(0));
   AsymmetryOptions given;
   given.orientation = FaceOrientation::given;
-  EXPECT_FALSE(warned(asymmetry(cloud, given, {}), "--direction"));
+  EXPECT_FALSE(warned(asymmetry(cloud, given, {}), "@direction"));
   given.compare.project.direction = {Direction::Kind::vector, {0.4, 0, 1}};
   const Asymmetry turned = asymmetry(cloud, given, {});
-  EXPECT_TRUE(warned(turned, "--direction"));
+  EXPECT_TRUE(warned(turned, "@direction"));
   AsymmetryOptions across;
   across.across = Point3{1, 0.4, 0};
-  EXPECT_TRUE(warned(asymmetry(cloud, across, {}), "--across"));
+  EXPECT_TRUE(warned(asymmetry(cloud, across, {}), "@across"));
   across.across = Point3{-1, 0, 0};  // either way: the positive side of a face is the patient's left
   const Asymmetry sides = asymmetry(cloud, across, {});
-  EXPECT_FALSE(warned(sides, "--across"));
+  EXPECT_FALSE(warned(sides, "@across"));
   EXPECT_GT(sides.plane.normal.x, 0.99);
 }
 
@@ -64,7 +64,7 @@ TEST(AsymmetryPose, StablePartsHoldThePlaneOfASwollenFace) {
   };
   const Cloud cloud = test::mean_face_scan(scan);
   const Asymmetry all = asymmetry(cloud, {}, {});
-  EXPECT_TRUE(warned(all, "--stable"));
+  EXPECT_TRUE(warned(all, "@stable"));
   AsymmetryOptions options;
   options.stable = {StablePart::forehead, StablePart::eyes, StablePart::nose};
   const Asymmetry healthy = asymmetry(cloud, options, {});
@@ -118,7 +118,7 @@ TEST(AsymmetryPose, WhatIsNoFaceIsRefused) {
     (void)asymmetry(ball, {}, {});
     FAIL() << "a ball was taken for a face";
   } catch (const OverlapError& error) {
-    EXPECT_NE(std::string(error.what()).find("--direction"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("@direction"), std::string::npos);
   }
 }
 

@@ -223,14 +223,14 @@ TEST(Combine, RefusesWhatIsNotThere) {
   fails(forgotten.face, scene().jaw, scene().reference, {}, "face.ply: the reference object was not found");
   CombineOptions o;
   o.least_share = 0;
-  fails(scene().face, scene().jaw, scene().reference, o, "--least-share");
+  fails(scene().face, scene().jaw, scene().reference, o, "@least-share");
   Cloud few = scene().reference;
   few.points.resize(20);
   o = {}, o.start_face = scene().face_reference, o.start_jaw = scene().jaw_reference;
   fails(scene().face, scene().jaw, few, o, "too few");
   Cloud metres = scene().jaw;
   metres.unit = "m";
-  fails(scene().face, metres, scene().reference, {}, "--unit");
+  fails(scene().face, metres, scene().reference, {}, "@unit");
 }
 
 }  // namespace

@@ -167,7 +167,7 @@ void expect_refused(const Cloud& cloud) {
   for (int k = 0; k < 2; ++k) {
     const FacePose p = found(test::posed(cloud, any_pose(k, 2)));
     EXPECT_FALSE(p.found()) << p.likeness << ' ' << p.share;
-    EXPECT_NE(refusal_sentence(p).find("--direction"), std::string::npos);
+    EXPECT_NE(refusal_sentence(p).find("@direction"), std::string::npos);
   }
 }
 

@@ -233,22 +233,22 @@ TEST(Roughness, RefusesWhatMakesNoSense) {
       EXPECT_EQ(std::string(e.what()).rfind(option, 0), 0u) << e.what();
     }
   };
-  refused("--s-filter", [](RoughnessOptions& o) { o.s_filter = -1; });
-  refused("--s-filter", [](RoughnessOptions& o) { o.s_filter = 3, o.l_filter = 2; });
-  refused("--s-filter", [](RoughnessOptions& o) { o.s_filter = 0.01; });
-  refused("--l-filter", [](RoughnessOptions& o) { o.l_filter = 0.1; });
-  refused("--l-filter", [](RoughnessOptions& o) { o.l_filter = std::nan(""); });
-  refused("--margin", [](RoughnessOptions& o) { o.margin = 30; });
-  refused("--degree", [](RoughnessOptions& o) { o.form = FormKind::polynomial, o.degree = 9; });
-  refused("--filter-degree", [](RoughnessOptions& o) { o.filter_degree = 2; });
-  refused("--filter", [](RoughnessOptions& o) { o.filter = MeanFilter::robust; });
-  refused("--form", [](RoughnessOptions& o) { o.form = FormKind::reference; });
+  refused("@s-filter", [](RoughnessOptions& o) { o.s_filter = -1; });
+  refused("@s-filter", [](RoughnessOptions& o) { o.s_filter = 3, o.l_filter = 2; });
+  refused("@s-filter", [](RoughnessOptions& o) { o.s_filter = 0.01; });
+  refused("@l-filter", [](RoughnessOptions& o) { o.l_filter = 0.1; });
+  refused("@l-filter", [](RoughnessOptions& o) { o.l_filter = std::nan(""); });
+  refused("@margin", [](RoughnessOptions& o) { o.margin = 30; });
+  refused("@degree", [](RoughnessOptions& o) { o.form = FormKind::polynomial, o.degree = 9; });
+  refused("@filter-degree", [](RoughnessOptions& o) { o.filter_degree = 2; });
+  refused("@filter", [](RoughnessOptions& o) { o.filter = MeanFilter::robust; });
+  refused("@form", [](RoughnessOptions& o) { o.form = FormKind::reference; });
   refused(
-      "--reference", [](RoughnessOptions&) {}, false, true);
-  refused("--match", [](RoughnessOptions& o) { o.match = true; });
-  refused("--pose", [](RoughnessOptions& o) { o.compare.pose.m[3] = 1; });
-  refused("--wrinkle-depth", [](RoughnessOptions& o) { o.wrinkles.depth = -1; });
-  refused("--wrinkle-length", [](RoughnessOptions& o) { o.wrinkles.length = -1; });
+      "@reference", [](RoughnessOptions&) {}, false, true);
+  refused("@match", [](RoughnessOptions& o) { o.match = true; });
+  refused("@pose", [](RoughnessOptions& o) { o.compare.pose.m[3] = 1; });
+  refused("@wrinkle-depth", [](RoughnessOptions& o) { o.wrinkles.depth = -1; });
+  refused("@wrinkle-length", [](RoughnessOptions& o) { o.wrinkles.length = -1; });
   Cloud feet = cloud;
   feet.unit = "m", feet.vertical_unit = "ft";
   EXPECT_THROW((void)roughness(feet, nullptr, nullptr, plain_options(), {}), InputError);

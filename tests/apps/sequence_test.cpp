@@ -262,7 +262,7 @@ void expect_refused(const std::vector<Cloud>& frames, const std::string& phrase)
   } catch (const Error& e) {
     EXPECT_EQ(e.code(), ExitCode::not_converged) << e.what();
     EXPECT_NE(std::string(e.what()).find(phrase), std::string::npos) << e.what();
-    EXPECT_NE(std::string(e.what()).find("--reference"), std::string::npos) << e.what();
+    EXPECT_NE(std::string(e.what()).find("@reference"), std::string::npos) << e.what();
   }
 }
 
@@ -314,15 +314,15 @@ TEST(Sequence, RefusesWhatHasNoAnswer) {
   SequenceOptions o;
   fails(o, {frames[0]}, "at least 2");
   o.reference = 8;
-  fails(o, frames, "--reference");
+  fails(o, frames, "@reference");
   o = {}, o.least_part = 0;
-  fails(o, frames, "--least-part");
+  fails(o, frames, "@least-part");
   o = {}, o.model_points = 10;
-  fails(o, frames, "--model-points");
+  fails(o, frames, "@model-points");
   o = {}, o.smooth = -1;
-  fails(o, frames, "--smooth");
+  fails(o, frames, "@smooth");
   o = {}, o.rate = -1;
-  fails(o, frames, "--rate");
+  fails(o, frames, "@rate");
   o = {};
   fails(o, {frames[0], frames[0], frames[0]}, "move as one");
   Cloud broken;

@@ -11,6 +11,7 @@ from support import BIN, CliTest
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "scripts/checks"))
 import warnings_listed  # noqa: E402
+from common import KEY_TABLE, option_keys  # noqa: E402
 
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z0-9-]*")
 
@@ -31,6 +32,13 @@ class Options(CliTest):
         self.assertIn("compare", self.verbs)
         self.assertLessEqual({"--output", "--sigma1", "--threads", "--no-map"}, self.options["compare"])
         self.assertNotIn("--sigma1", self.options["distance"])
+
+    def test_every_key_that_messages_may_name_is_an_option(self):
+        keys = option_keys()
+        self.assertGreater(len(keys), 50)
+        known = set().union(*self.options.values())
+        for key in keys:
+            self.assertIn("--" + key, known, f"{KEY_TABLE}: no verb has it")
 
     def test_rows_name_verbs_of_the_program(self):
         self.assertGreater(len(self.rows), 30)

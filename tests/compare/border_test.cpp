@@ -159,13 +159,13 @@ TEST(CompareBorder, RefusesALongestEdgeThatIsNoLength) {
       (void)compare_with(BorderRule::trim, a, a, DomainKind::overlap, wrong);
       ADD_FAILURE() << wrong;
     } catch (const UsageError& e) {
-      EXPECT_NE(std::string(e.what()).find("--max-edge"), std::string::npos);
+      EXPECT_NE(std::string(e.what()).find("@max-edge"), std::string::npos);
     }
   try {
     (void)compare_with(BorderRule::trim, a, a, DomainKind::overlap, 1e-6);
     ADD_FAILURE() << "nothing is left";
   } catch (const OverlapError& e) {
-    EXPECT_NE(std::string(e.what()).find("--max-edge"), std::string::npos);
+    EXPECT_NE(std::string(e.what()).find("@max-edge"), std::string::npos);
   }
 }
 

@@ -177,8 +177,8 @@ TEST(Sigma, OfMergedPointsIsThatOfTheirMean) {
     project_options.duplicates = policy;
     const Frame frame = choose_frame(cloud, cloud, Pose{}, project_options, {});
     const HeightField field = project(cloud, Pose{}, frame, project_options, {});
-    const Array<double> sigma = stages::sigma_of_nodes(cloud, Pose{}, field, {SigmaSource::Kind::attribute, 0, "noise"},
-                                                       policy, "--sigma1", {});
+    const Array<double> sigma =
+        stages::sigma_of_nodes(cloud, Pose{}, field, {SigmaSource::Kind::attribute, 0, "noise"}, policy, "@sigma1", {});
     for (std::size_t i = 0; i < 3; ++i) EXPECT_EQ(sigma[field.node_of_point[i]], cloud.attributes[0].values[i]);
     EXPECT_DOUBLE_EQ(sigma[field.node_of_point[3]], policy == DuplicatePolicy::mean ? 7. / 3 : 6);
   }
@@ -273,17 +273,17 @@ TEST(UncertaintyOptions, ThatMeanNothingAreRefusedByName) {
       EXPECT_EQ(std::string(e.what()).rfind(option, 0), 0u) << e.what();
     }
   };
-  refused([](auto& o) { o.sigma2 = {}; }, "--sigma1");
-  refused([](auto& o) { o.sigma1 = {}; }, "--sigma2");
-  refused([](auto& o) { o.sigma1.value = -1; }, "--sigma1");
-  refused([](auto& o) { o.lod = -1; }, "--lod");
-  refused([](auto& o) { o.confidence = 1; }, "--confidence");
-  refused([](auto& o) { o.confidence = 0; }, "--confidence");
-  refused([](auto& o) { o.sigma1 = o.sigma2 = {}, o.model = Model::independent; }, "--uncertainty-model");
-  refused([](auto& o) { o.model = Model::correlated; }, "--uncertainty-model correlated");
-  refused([](auto& o) { o.model = Model::registration; }, "--uncertainty-model registration");
-  refused([](auto& o) { o.correlation_range = 1; }, "--correlation-range");
-  refused([](auto& o) { o.model = Model::independent, o.registration_error = 1; }, "--registration-error");
+  refused([](auto& o) { o.sigma2 = {}; }, "@sigma1");
+  refused([](auto& o) { o.sigma1 = {}; }, "@sigma2");
+  refused([](auto& o) { o.sigma1.value = -1; }, "@sigma1");
+  refused([](auto& o) { o.lod = -1; }, "@lod");
+  refused([](auto& o) { o.confidence = 1; }, "@confidence");
+  refused([](auto& o) { o.confidence = 0; }, "@confidence");
+  refused([](auto& o) { o.sigma1 = o.sigma2 = {}, o.model = Model::independent; }, "@uncertainty-model");
+  refused([](auto& o) { o.model = Model::correlated; }, "@uncertainty-model correlated");
+  refused([](auto& o) { o.model = Model::registration; }, "@uncertainty-model registration");
+  refused([](auto& o) { o.correlation_range = 1; }, "@correlation-range");
+  refused([](auto& o) { o.model = Model::independent, o.registration_error = 1; }, "@registration-error");
 }
 
 }  // namespace

@@ -299,20 +299,20 @@ TEST(Distance, ErrorsNameTheOption) {
     return message_of([&] { static_cast<void>(run(a, b, o)); });
   };
   EXPECT_EQ(with([](DistanceOptions&) {}), "");
-  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.normal_scale = 0; }).find("--normal-scale"), 0u);
-  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.projection_scale = -1; }).find("--projection-scale"), 0u);
-  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.max_depth = NAN; }).find("--max-depth"), 0u);
-  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.registration_error = -1; }).find("--registration-error"), 0u);
-  EXPECT_EQ(with([](DistanceOptions& o) { o.tolerance = -1; }).find("--tolerance"), 0u);
-  EXPECT_EQ(with([](DistanceOptions& o) { o.tolerance = 1e-300; }).find("--tolerance"), 0u);
-  EXPECT_EQ(with([](DistanceOptions& o) { o.samples = 0; }).find("--samples"), 0u);
-  EXPECT_NE(with([](DistanceOptions& o) { o.mesh = MeshSource::faces; }).find("--mesh faces"), std::string::npos);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.normal_scale = 0; }).find("@normal-scale"), 0u);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.projection_scale = -1; }).find("@projection-scale"), 0u);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.max_depth = NAN; }).find("@max-depth"), 0u);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.m3c2.registration_error = -1; }).find("@registration-error"), 0u);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.tolerance = -1; }).find("@tolerance"), 0u);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.tolerance = 1e-300; }).find("@tolerance"), 0u);
+  EXPECT_EQ(with([](DistanceOptions& o) { o.samples = 0; }).find("@samples"), 0u);
+  EXPECT_NE(with([](DistanceOptions& o) { o.mesh = MeshSource::faces; }).find("@mesh faces"), std::string::npos);
 }
 
 TEST(Distance, SurfacesNeedMoreThanALine) {
   Cloud line = test::cloud_over(test::diagonal(50, 1), [](const Point2& p) { return p.x; });
   const std::string message = message_of([&] { static_cast<void>(run(line, line)); });
-  EXPECT_NE(message.find("--measure c2c"), std::string::npos);
+  EXPECT_NE(message.find("@measure c2c"), std::string::npos);
   DistanceOptions o;
   o.measures.c2c = true;
   EXPECT_EQ(run(line, line, o).c2c->a_to_b.max, 0);
@@ -323,7 +323,7 @@ TEST(Distance, UnitsThatDoNotFitAreRefused) {
   a.unit = b.unit = "m";
   a.vertical_unit = b.vertical_unit = "us-ft";
   DistanceOptions o = everything();
-  EXPECT_NE(message_of([&] { static_cast<void>(run(a, b, o)); }).find("--allow-crs"), std::string::npos);
+  EXPECT_NE(message_of([&] { static_cast<void>(run(a, b, o)); }).find("@allow-crs"), std::string::npos);
   o.allow_crs = true;
   const Distances d = run(a, b, o);
   EXPECT_EQ(d.unit, "unknown");

@@ -174,14 +174,14 @@ TEST(Hausdorff, RefusesWhatRoundingForbidsAndSaysWhenItGivesUp) {
     static_cast<void>(bound(a, b, 1e-12));
     FAIL();
   } catch (const UsageError& error) {
-    EXPECT_NE(std::string(error.what()).find("--tolerance"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("@tolerance"), std::string::npos);
   }
   try {
     static_cast<void>(directed_hausdorff(a, SurfaceTree(b), 1e-4, {}, 100));
     FAIL();
   } catch (const Error& error) {
     EXPECT_EQ(error.code(), ExitCode::not_converged);
-    EXPECT_NE(std::string(error.what()).find("--tolerance"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("@tolerance"), std::string::npos);
   }
 }
 

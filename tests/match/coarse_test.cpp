@@ -196,7 +196,7 @@ TEST(Coarse, FlatAndUnrelated) {
   try {
     (void)coarse_start(few, plane, unchecked(), {});
   } catch (const OverlapError& error) {
-    EXPECT_NE(std::string(error.what()).find("--coarse"), std::string::npos);
+    EXPECT_NE(std::string(error.what()).find("@coarse"), std::string::npos);
   }
 }
 

@@ -100,9 +100,9 @@ TEST(CurrentsMatch, RefusesWhatCurrentsDoNotKnow) {
   };
   MatchOptions scale, overlap, sigma, weight;
   weight.compare.weight = test::weight_by("1");
-  fails(weight, "--weight");
+  fails(weight, "@weight");
   scale.freedom.scale = true, overlap.overlap = 0.5, sigma.sigma = -1;
-  fails(scale, "--freedom scale"), fails(overlap, "--overlap"), fails(sigma, "--sigma");
+  fails(scale, "@freedom scale"), fails(overlap, "@overlap"), fails(sigma, "@sigma");
 }
 
 // The stated deviations against the spread of the found poses over seeds of the

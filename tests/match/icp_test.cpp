@@ -518,7 +518,7 @@ TEST(Icp, StopsWhenItMay) {
   o.max_iterations = 1;
   const Matching m = icp(test::shifted(body(500, 2), {1, 0, 0}), body(500, 1), Pose{}, o, {});
   EXPECT_FALSE(m.converged);
-  EXPECT_NE(m.reason.find("--max-iterations"), std::string::npos);
+  EXPECT_NE(m.reason.find("@max-iterations"), std::string::npos);
 }
 
 }  // namespace

@@ -274,7 +274,7 @@ TEST(Match, StopsWhenItMay) {
   one.max_iterations = 1;
   const Try t = match_back(s.a, s.b, test::turn_and_shift({0, 0, 1}, 3, {500, 500, 0}, {8, 5, 1}), one);
   EXPECT_FALSE(t.m.converged);
-  EXPECT_NE(t.m.reason.find("--max-iterations"), std::string::npos);
+  EXPECT_NE(t.m.reason.find("@max-iterations"), std::string::npos);
 }
 
 }  // namespace

@@ -138,7 +138,7 @@ Sample rough_sample(std::size_t n, std::uint64_t seed) {
 }
 
 WeightedMeasures weigh_by(const Sample& s, const std::string& formula, const Point3& origin = {}) {
-  return weigh(s.view(), {}, ExpressionWeight{formula, Expression(formula, "--weight"), origin}, {});
+  return weigh(s.view(), {}, ExpressionWeight{formula, Expression(formula, "@weight"), origin}, {});
 }
 
 double relative_error(double found, Real expected) {
@@ -363,7 +363,7 @@ std::string refusal_of(const Sample& s, const std::string& formula) {
   } catch (const UsageError& e) {
     const std::string message = e.what();
     EXPECT_EQ(message.find('\n'), std::string::npos);
-    EXPECT_EQ(message.rfind("--weight", 0), 0u) << message;
+    EXPECT_EQ(message.rfind("@weight", 0), 0u) << message;
     return message;
   }
   ADD_FAILURE() << formula << " is taken for a weight";
@@ -503,7 +503,7 @@ TEST(Weight, RefusesARasterThatDoesNotCoverTheDomainOrIsNegative) {
     try {
       (void)weigh(s.view(), {}, RasterWeight{raster, "w.tif", {}}, {});
     } catch (const Error& e) {
-      EXPECT_EQ(std::string(e.what()).rfind("--weight", 0), 0u);
+      EXPECT_EQ(std::string(e.what()).rfind("@weight", 0), 0u);
       return e.code();
     }
     return ExitCode::done;

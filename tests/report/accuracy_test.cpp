@@ -67,10 +67,13 @@ TEST(AccuracyReport, VerdictIsByEachLimit) {
 }
 
 TEST(AccuracyReport, TextMapAndPageSayTheSame) {
-  const Accuracy a = sample(Align::rigid, 0.01);
+  Accuracy a = sample(Align::rigid, 0.01);
+  a.warnings = {"leave @border hull out"};
+  a.matching->reason = "stopped after 3 steps (@max-iterations)";
   const std::vector<AccuracyCheck> checks = verdict(a, limits);
   const std::string text = accuracy_text(a, checks);
-  for (const char* word : {"against truth.ply: bias", "noise", "within 0.01000 mm", "NOT passed", "hausdorff"})
+  for (const char* word : {"against truth.ply: bias", "noise", "within 0.01000 mm", "NOT passed", "hausdorff",
+                           "stopped after 3 steps (--max-iterations)", "warning: leave --border hull out"})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
   const auto folder = std::filesystem::temp_directory_path() / "isopach-accuracy-report";
   std::filesystem::create_directories(folder);
@@ -83,7 +86,8 @@ TEST(AccuracyReport, TextMapAndPageSayTheSame) {
   html << std::ifstream(page).rdbuf();
   for (const char* word :
        {"Accuracy of ma&lt;de.ply", "data-key=\"surface.bias\"", "data-key=\"verdict.checks.1.value\"",
-        "data:image/png;base64,", "not passed", "Options in force"})
+        "data:image/png;base64,", "not passed", "Options in force", "stopped after 3 steps (--max-iterations)",
+        "<li>leave --border hull out</li>"})
     EXPECT_NE(html.str().find(word), std::string::npos) << word;
   EXPECT_EQ(html.str().find("ma<de"), std::string::npos);
 }

@@ -47,10 +47,13 @@ TEST(AsymmetryReport, JsonIsThatOfTheSchema) {
 }
 
 TEST(AsymmetryReport, TextMapAndPageSayTheSame) {
-  const Asymmetry a = sample();
+  Asymmetry a = sample();
+  a.warnings = {"leave @border hull out"};
+  a.reason = "stopped after 3 steps (@max-iterations)";
+  EXPECT_EQ(Json::parse(asymmetry_json(a, {}))["fit"]["reason"], "stopped after 3 steps (--max-iterations)");
   const std::string text = asymmetry_text(a);
   for (const char* word : {"asymmetry index", "the patient's left side stands out", "R is the patient's right", "plane",
-                           "upper third", "mm"})
+                           "upper third", "mm", "warning: leave --border hull out"})
     EXPECT_NE(text.find(word), std::string::npos) << word;
   const auto folder = std::filesystem::temp_directory_path() / "isopach-asymmetry-report";
   std::filesystem::create_directories(folder);
@@ -62,7 +65,7 @@ TEST(AsymmetryReport, TextMapAndPageSayTheSame) {
   std::stringstream html;
   html << std::ifstream(page).rdbuf();
   for (const char* word : {"Asymmetry of face.ply", "data-key=\"index.percent\"", "data-key=\"regions.3.directional\"",
-                           "data:image/png;base64", "The symmetry plane"})
+                           "data:image/png;base64", "The symmetry plane", "<li>leave --border hull out</li>"})
     EXPECT_NE(html.str().find(word), std::string::npos) << word;
   std::filesystem::remove_all(folder);
 }

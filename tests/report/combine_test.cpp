@@ -27,7 +27,7 @@ const Combination& sample() {
     options.start_face = s.face_reference;
     options.start_jaw = s.jaw_reference;
     Combination made = combine(s.face, s.jaw, s.reference, options, {});
-    made.warnings.emplace_back("mind <the> gap");
+    made.warnings.emplace_back("mind <the> gap (@unit)");
     return made;
   }();
   return c;
@@ -59,10 +59,11 @@ TEST(CombineReport, JsonIsThatOfTheSchemaAndHoldsTheNumbers) {
 TEST(CombineReport, TextAndPage) {
   const Combination& c = sample();
   const std::string text = combine_text(c);
-  for (const char* word : {"face.ply with jaw.ply", " mm", "jaw to face", "warning: mind <the> gap"})
+  for (const char* word : {"face.ply with jaw.ply", " mm", "jaw to face", "warning: mind <the> gap (--unit)"})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
   const std::string json = combine_json(c, {}), page = combine_html(c, json);
-  for (const char* word : {"mind &lt;the&gt; gap", "From jaw to face", "<svg", "data-key=\"uncertainty.sigma_middle\""})
+  for (const char* word :
+       {"mind &lt;the&gt; gap (--unit)", "From jaw to face", "<svg", "data-key=\"uncertainty.sigma_middle\""})
     EXPECT_NE(page.find(word), std::string::npos) << word;
   for (const char* word : {"http://", "https://", "<script>"}) EXPECT_EQ(page.find(word), std::string::npos) << word;
 }

@@ -59,10 +59,11 @@ TEST(DistanceReport, JsonHoldsTheNumbers) {
 
 TEST(DistanceReport, TextHasUnitsAndWarnings) {
   Distances d = sample({true, true, true, true, true, true, true});
-  d.warnings = {"look out"};
+  d.warnings = {"look out: leave @border hull out"};
+  EXPECT_EQ(Json::parse(distance_json(d, {}))["warnings"][0], "look out: leave --border hull out");
   const std::string text = distance_text(d);
-  for (const char* part :
-       {"before.ply", "c2c", "c2s", "normal", "vertical", "surface", "Hausdorff", "m3c2", " mm", "warning: look out"})
+  for (const char* part : {"before.ply", "c2c", "c2s", "normal", "vertical", "surface", "Hausdorff", "m3c2", " mm",
+                           "warning: look out: leave --border hull out"})
     EXPECT_NE(text.find(part), std::string::npos) << part;
   EXPECT_EQ(distance_text(sample({true})).find("Hausdorff"), std::string::npos);
 }

@@ -112,6 +112,16 @@ TEST(Html, NamesAreEscapedEverywhere) {
   EXPECT_EQ(html.find('\xff'), std::string::npos);
 }
 
+TEST(Html, OptionsAreSpelledAsAtTheCommandLine) {
+  Comparison c = hills();
+  c.warnings = {"leave @border hull out"};
+  c.options.unit = "m";
+  const std::string html = page(c);
+  EXPECT_NE(html.find("<li>leave --border hull out</li>"), std::string::npos);
+  EXPECT_NE(html.find(" (as --unit says; in the file: "), std::string::npos);
+  for (const char* bad : {"@border", "@unit"}) EXPECT_EQ(html.find(bad), std::string::npos) << bad;
+}
+
 TEST(Html, FetchesNothingAndRunsNothing) {
   const std::string html = page(hills());
   for (const char* bad :

@@ -85,6 +85,17 @@ TEST(ComparisonJson, TheSchemaCheckCanFail) {
   EXPECT_FALSE(test::SchemaCheck::violations(Json{{"pattern", "x"}}, "x").empty());
 }
 
+TEST(ComparisonJson, SpellsTheOptionsOfWarningsAndNothingElse) {
+  Comparison c = hills();
+  EXPECT_EQ(Json::parse(comparison_json(c, {}))["warnings"], Json::array());
+  c.warnings = {"leave @border hull out", "user@host: a note"};
+  c.a.path = "@mask";
+  const Json j = Json::parse(comparison_json(c, {"@mask"}));
+  EXPECT_EQ(j["warnings"], Json::array({"leave --border hull out", "user@host: a note"}));
+  EXPECT_EQ(j["inputs"][0]["path"], "@mask");
+  EXPECT_EQ(j["outputs"][0], "@mask");
+}
+
 TEST(ComparisonJson, KeysAreInTheOrderOfTheContract) {
   const Json j = Json::parse(comparison_json(hills(), {}));
   const std::vector<std::string> order{

@@ -92,10 +92,12 @@ TEST(MatchReport, PoseTextIsTheExactMatrix) {
 
 TEST(MatchReport, TextHasUnitsAndWarnings) {
   Matching m = sample();
-  m.warnings = {"mind the gap"};
+  m.warnings = {"mind the gap: leave @border hull out"};
+  m.reason = "stopped after 3 steps (@max-iterations)";
   const std::string text = match_text(m);
   for (const char* word :
-       {"after.ply on before.ply", " mm", "rotation", "degrees", "converged", "warning: mind the gap"})
+       {"after.ply on before.ply", " mm", "rotation", "degrees", "converged",
+        "stopped after 3 steps (--max-iterations)", "warning: mind the gap: leave --border hull out"})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
   m.converged = false;
   EXPECT_NE(match_text(m).find("NOT converged"), std::string::npos);
@@ -107,7 +109,9 @@ TEST(MatchReport, PageHoldsTheNumbers) {
   pose_only.judge = false;
   for (Matching m : {sample(), sample(pose_only)}) {
     m.moving.path = "<after>.ply";
-    m.weak_directions = {"shift along x is weakly held"};
+    m.weak_directions = {"shift along x is weakly held: leave it out of @freedom"};
+    m.reason = "stopped after 3 steps (@max-iterations)";
+    m.warnings = {"leave @border hull out"};
     const std::string path = (std::filesystem::temp_directory_path() / "isopach_match_report.html").string();
     const std::string json = match_json(m, {"report.html"});
     write_match_html(path, m, {}, json, {});
@@ -126,8 +130,12 @@ TEST(MatchReport, PageHoldsTheNumbers) {
     for (const char* key : {"pose.angle_deg", "pose.matrix.0.3", "pose.local.matrix.2.3", "overlap", "stable_points"})
       EXPECT_TRUE(keys.count(key)) << key;
     EXPECT_EQ(keys.count("after.rho"), m.options.judge ? 1u : 0u);
-    for (const char* word : {"&lt;after&gt;.ply", " mm", "shift along x is weakly held", "turn about z"})
+    for (const char* word : {"&lt;after&gt;.ply", " mm", "shift along x is weakly held: leave it out of --freedom",
+                             "turn about z", "stopped after 3 steps (--max-iterations)", "leave --border hull out"})
       EXPECT_NE(page.find(word), std::string::npos) << word;
+    EXPECT_EQ(all["reason"], "stopped after 3 steps (--max-iterations)");
+    EXPECT_EQ(all["weak_directions"][0], "shift along x is weakly held: leave it out of --freedom");
+    EXPECT_EQ(all["warnings"], Json::array({"leave --border hull out"}));
     EXPECT_EQ(page.find("<polyline") != std::string::npos, m.history.size() > 1);  // one state is no curve
     EXPECT_EQ(page.find("n/a"), std::string::npos);
     EXPECT_EQ(page.find("<after>"), std::string::npos);

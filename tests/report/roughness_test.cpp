@@ -77,10 +77,10 @@ TEST(RoughnessReport, JsonHoldsTheNumbers) {
 
 TEST(RoughnessReport, TextHasUnitsChangesAndWarnings) {
   Roughness r = sample(true, false);
-  r.warnings = {"look out"};
+  r.warnings = {"look out: leave @border hull out"};
   const std::string text = roughness_text(r);
   for (const char* part : {"be<fore.ply", "after.ply", "Sa", "Sku", "Sdr", " mm", " -> ", "wrinkles", "depth",
-                           "removed: a plane", "warning: look out"})
+                           "removed: a plane", "warning: look out: leave --border hull out"})
     EXPECT_NE(text.find(part), std::string::npos) << part;
   EXPECT_EQ(roughness_text(sample(false, false)).find(" -> "), std::string::npos);
 }
@@ -96,7 +96,8 @@ TEST(RoughnessReport, TableHasALineAWrinkle) {
 }
 
 TEST(RoughnessReport, PageHasTheNumbersOfTheJson) {
-  const Roughness r = sample(true, false);
+  Roughness r = sample(true, false);
+  r.warnings = {"look out: leave @border hull out"};
   const test::TempFolder folder;
   const std::string map = folder / "map.png", lines = folder / "lines.png";
   MapOptions look;
@@ -108,6 +109,7 @@ TEST(RoughnessReport, PageHasTheNumbersOfTheJson) {
   std::ifstream file(path);
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   EXPECT_NE(page.find("be&lt;fore.ply"), std::string::npos);
+  EXPECT_NE(page.find("<li>look out: leave --border hull out</li>"), std::string::npos);
   const Json result = Json::parse(json);
   std::size_t found = 0;
   const std::regex datum("data-key=\"([^\"]*)\"[^>]*value=\"([^\"]*)\"");

@@ -46,9 +46,11 @@ TEST(ScannersReport, JsonIsThatOfTheSchema) {
 }
 
 TEST(ScannersReport, TextMapAndPageSayTheSame) {
-  const Scanners s = sample(false);
+  Scanners s = sample(false);
+  s.warnings = {"leave @border hull out"};
   const std::string text = scanners_text(s);
-  for (const char* word : {"A resolves finer detail than B", "B - A", "rho_dV", "seen by", "mm"})
+  for (const char* word :
+       {"A resolves finer detail than B", "B - A", "rho_dV", "seen by", "mm", "warning: leave --border hull out"})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
   const auto folder = std::filesystem::temp_directory_path() / "isopach-scanners-report";
   std::filesystem::create_directories(folder);
@@ -59,8 +61,9 @@ TEST(ScannersReport, TextMapAndPageSayTheSame) {
   write_scanners_html(page, s, map, scanners_json(s, {}), look, {});
   std::stringstream html;
   html << std::ifstream(page).rdbuf();
-  for (const char* word : {"Scanners of truth.ply", "fi&lt;ne.ply", "data-key=\"scanners.1.noise\"",
-                           "data-key=\"detail.0.gain.1\"", "data:image/png;base64,", "Options in force"})
+  for (const char* word :
+       {"Scanners of truth.ply", "fi&lt;ne.ply", "data-key=\"scanners.1.noise\"", "data-key=\"detail.0.gain.1\"",
+        "data:image/png;base64,", "Options in force", "<li>leave --border hull out</li>"})
     EXPECT_NE(html.str().find(word), std::string::npos) << word;
   EXPECT_EQ(html.str().find("fi<ne"), std::string::npos);
 }

@@ -24,7 +24,7 @@ const SequenceResult& sample() {
     const Chewing chewing(o, 4);
     const FrameSource source{5, [](std::size_t k) { return "frame<" + std::to_string(k) + ">.ply"; },
                              [&](std::size_t k) {
-                               if (k == 3) throw InputError("frame<3>.ply: broken & bent");
+                               if (k == 3) throw InputError("frame<3>.ply: broken & bent (@crop)");
                                return chewing.frame(k);
                              }};
     SequenceOptions options;
@@ -51,7 +51,7 @@ TEST(SequenceReport, JsonHoldsTheNumbers) {
   const Json json = Json::parse(sequence_json(r, {"motion.csv"}));
   EXPECT_EQ(json["inputs"]["frames"], 5);
   EXPECT_EQ(json["inputs"]["used"], 4);
-  EXPECT_EQ(json["frames"][3]["skipped"], "frame<3>.ply: broken & bent");
+  EXPECT_EQ(json["frames"][3]["skipped"], "frame<3>.ply: broken & bent (--crop)");
   EXPECT_TRUE(json["frames"][3]["motion"].is_null());
   EXPECT_EQ(json["frames"][2]["motion"][1][3].get<double>(), r.frames[2].motion.m[7]);
   EXPECT_EQ(json["frames"][2]["head"][0][0].get<double>(), r.frames[2].head.m[0]);
@@ -64,7 +64,8 @@ TEST(SequenceReport, JsonHoldsTheNumbers) {
 
 TEST(SequenceReport, TextHasUnitsAndWarnings) {
   const std::string text = sequence_text(sample());
-  for (const char* word : {"4 of 5 frames", " mm", "degrees", "hinge axis", "warning: frame 3", "broken & bent"})
+  for (const char* word :
+       {"4 of 5 frames", " mm", "degrees", "hinge axis", "warning: frame 3", "broken & bent (--crop)"})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
 }
 
@@ -83,7 +84,7 @@ TEST(SequenceReport, PageIsWholeAndOffline) {
   const std::string json = sequence_json(r, {}), page = sequence_html(r, json);
   for (const char* word :
        {"Opening", "Excursion", "Path of the point", "Path of the hinge axis", "The motion", "animation-delay",
-        "skipped: frame&lt;3&gt;.ply: broken &amp; bent", "data-key=\"widest_deg\""})
+        "skipped: frame&lt;3&gt;.ply: broken &amp; bent (--crop)", "data-key=\"widest_deg\""})
     EXPECT_NE(page.find(word), std::string::npos) << word;
   for (const char* word : {"http://", "https://", "<script>", "nan", "inf\""})
     EXPECT_EQ(page.find(word), std::string::npos) << word;

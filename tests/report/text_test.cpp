@@ -40,10 +40,10 @@ TEST(Text, GivesTheNumbersWithTheirUnits) {
 
 TEST(Text, WarningsComeLast) {
   Comparison c = lifted();
-  c.warnings = {"first", "second"};
+  c.warnings = {"first", "leave @border hull out"};
   const auto all = lines(comparison_text(c, std::nullopt));
   EXPECT_EQ(all[all.size() - 2], "warning: first");
-  EXPECT_EQ(all.back(), "warning: second");
+  EXPECT_EQ(all.back(), "warning: leave --border hull out");
 }
 
 TEST(Text, ShowsTheTruthWhereItIsKnown) {

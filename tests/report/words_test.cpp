@@ -69,6 +69,11 @@ TEST(Words, InvalidUtf8AndControlCharactersAreReplaced) {
   EXPECT_EQ(clean_utf8("cut \xe2\x82"), "cut \uFFFD\uFFFD");
 }
 
+TEST(Words, MessagesAreSpelledForTheCommandLineAndClean) {
+  EXPECT_EQ(message_text("a\nb.ply: leave @border hull out"), "a\uFFFDb.ply: leave --border hull out");
+  EXPECT_EQ(message_text("user@host"), "user@host");
+}
+
 TEST(Words, InputNameIsTheLastPartOfThePath) {
   InputSummary in;
   in.role = "A";

@@ -8,7 +8,7 @@
 namespace isopach::test {
 
 inline WeightSource weight_by(const std::string& formula) {
-  return {WeightSource::Kind::expression, WeightSource::Scan::any, formula, Expression(formula, "--weight")};
+  return {WeightSource::Kind::expression, WeightSource::Scan::any, formula, Expression(formula, "@weight")};
 }
 
 }  // namespace isopach::test

@@ -19,7 +19,7 @@ namespace {
 
 void check(const AccuracyOptions& o) {
   if (!(o.within >= 0) || !std::isfinite(o.within))
-    throw UsageError(fmt::format("--within: {} is no tolerance: a height above 0", o.within));
+    throw UsageError(fmt::format("@within: {} is no tolerance: a height above 0", o.within));
 }
 
 double footprint_area(const Cloud& reference, const Frame& frame, const CompareOptions& o, const Context& context) {
@@ -69,7 +69,7 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
     MatchOptions wanted = m;
     wanted.compare.check_layers = false;  // the comparison does
     a.matching = match(reconstruction, reference, wanted, context);
-    if (!slides_alone(*a.matching)) require_trust(*a.matching, "--align");
+    if (!slides_alone(*a.matching)) require_trust(*a.matching, "@align");
     a.pose = a.matching->pose;
     a.scale = a.matching->scale;
   }

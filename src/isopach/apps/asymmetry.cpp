@@ -41,26 +41,26 @@ void warn_of_pose(const AsymmetryOptions& o, const Frame& frame, Asymmetry& a) {
     const double off = degrees_between(direction, a.pose.front);
     if (off > disagree_deg)
       a.warnings.push_back(
-          fmt::format("the face that was found in the scan looks {:.0f} degrees away from --direction: "
-                      "leave --direction out to take the face as it was found",
+          fmt::format("the face that was found in the scan looks {:.0f} degrees away from @direction: "
+                      "leave @direction out to take the face as it was found",
                       off));
   }
   if (o.across) {
     const double off = degrees_between(*o.across, a.pose.left), turned = std::min(off, 180 - off);
     if (turned > disagree_deg)
       a.warnings.push_back(
-          fmt::format("the sides of the face that was found lie {:.0f} degrees away from --across: leave "
-                      "--across out to take them as they were found",
+          fmt::format("the sides of the face that was found lie {:.0f} degrees away from @across: leave "
+                      "@across out to take them as they were found",
                       turned));
   }
 }
 
 void check(const AsymmetryOptions& o) {
-  if (!(o.rim >= 0)) throw UsageError(fmt::format("--rim: {} is no width: a number from 0 on", o.rim));
-  if (!(o.depth >= 0)) throw UsageError(fmt::format("--depth: {} is no depth: a number above 0", o.depth));
-  if (!o.compare.pose.is_identity()) throw UsageError("--pose: a face is taken as it is and the plane found in it");
+  if (!(o.rim >= 0)) throw UsageError(fmt::format("@rim: {} is no width: a number from 0 on", o.rim));
+  if (!(o.depth >= 0)) throw UsageError(fmt::format("@depth: {} is no depth: a number above 0", o.depth));
+  if (!o.compare.pose.is_identity()) throw UsageError("@pose: a face is taken as it is and the plane found in it");
   if (o.across && !(std::hypot(o.across->x, o.across->y, o.across->z) > 0))
-    throw UsageError("--across: 0,0,0 is no direction: give one from one side of the face to the other, e.g. x");
+    throw UsageError("@across: 0,0,0 is no direction: give one from one side of the face to the other, e.g. x");
 }
 
 /// Which points of the scan take part, in the coordinates of its frame.
@@ -103,7 +103,7 @@ void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, co
   });
   keep(scan, kept);
   if (scan.points.empty())
-    throw InputError(fmt::format("--rim {}: no point of {} lies that far inside its border: give a smaller width", rim,
+    throw InputError(fmt::format("@rim {}: no point of {} lies that far inside its border: give a smaller width", rim,
                                  path.empty() ? std::string("the scan") : path));
 }
 
@@ -111,7 +111,7 @@ void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, co
 void leave_out_hidden(ScanPoints& scan, const Cloud& cloud, const Frame& frame, const HeightField& field,
                       const Context& context) {
   if (cloud.faces.empty())
-    throw UsageError("--visible: the file has no faces that could hide a point: leave it out, or crop by --depth");
+    throw UsageError("@visible: the file has no faces that could hide a point: leave it out, or crop by @depth");
   const Mesh mesh = make_mesh(cloud, Pose{}, frame, field, MeshSource::faces, {}, context);
   const SurfaceTree tree(mesh);
   Box3 box;
@@ -205,7 +205,7 @@ Array<Point3> stable_points(const View& view, const AsymmetryOptions& o, const F
   if (o.stable.empty()) return view.points.points;
   if (!pose.found())
     throw UsageError(
-        "--stable: no face was found whose parts could be identified: leave it out, or crop the scan to the face");
+        "@stable: no face was found whose parts could be identified: leave it out, or crop the scan to the face");
   Array<Point3> kept;
   for (const Point3& p : view.points.points) {
     const Point3 d = view.frame.to_input(p) - pose.tip;
@@ -216,7 +216,7 @@ Array<Point3> stable_points(const View& view, const AsymmetryOptions& o, const F
   constexpr std::size_t enough = 100;
   if (kept.size() < enough)
     throw InputError(fmt::format(
-        "--stable: the parts hold {} points of the scan, too few for a plane: name more of them", kept.size()));
+        "@stable: the parts hold {} points of the scan, too few for a plane: name more of them", kept.size()));
   return kept;
 }
 
@@ -319,7 +319,7 @@ FacePolygons polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o, con
                               const Context& context) {
   FacePolygons polygons;
   if (!o.polygons) return polygons;
-  stages::NamedRegions file = stages::regions_of("--regions", *o.polygons, drawn_frame(frame), cloud.crs,
+  stages::NamedRegions file = stages::regions_of("@regions", *o.polygons, drawn_frame(frame), cloud.crs,
                                                  o.compare.allow_crs, a.warnings, context);
   polygons.names = std::move(file.names);
   for (Region& region : file.regions) {
@@ -345,13 +345,13 @@ void describe_regions(FacePolygons polygons, const Upright& drawn, Asymmetry& a,
     if (a.regions[k].area > 0) {
       any = true;
     } else {
-      a.warnings.push_back(fmt::format("--regions: {}: polygon '{}' holds no place that is scanned on both sides",
+      a.warnings.push_back(fmt::format("@regions: {}: polygon '{}' holds no place that is scanned on both sides",
                                        a.options.polygons->path, a.regions[k].name));
     }
   }
   if (!any)
     throw InputError(
-        fmt::format("--regions: {}: none of its polygons holds a part of the face that is scanned on both "
+        fmt::format("@regions: {}: none of its polygons holds a part of the face that is scanned on both "
                     "sides: give them in x and y of the scan (for a face that looks along y in x and z, along x in y "
                     "and z)",
                     a.options.polygons->path));
@@ -391,7 +391,7 @@ void warn_of_swelling(const Cloud& cloud, Asymmetry& a) {
   if (a.swelling > stands_out)
     a.warnings.push_back(
         "one side stands out over a large part of the face: the midline itself may be drawn towards it by up to some 2 "
-        "degrees; name the parts that are not affected (--stable forehead,nose), or compare with a scan from before");
+        "degrees; name the parts that are not affected (@stable forehead,nose), or compare with a scan from before");
 }
 
 /// The pose of the face into the options: direction and sides, unless they are given. The positive side is the

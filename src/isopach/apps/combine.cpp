@@ -69,7 +69,7 @@ std::string name_of(const Cloud& cloud, const char* role) { return cloud.path.em
 void check_unit(const Cloud& cloud, const char* role, std::string& unit) {
   if (cloud.unit == "unknown") return;
   if (unit != "unknown" && unit != cloud.unit)
-    throw InputError(fmt::format("{}: is in {}, another scan in {}: convert one, or say --unit", name_of(cloud, role),
+    throw InputError(fmt::format("{}: is in {}, another scan in {}: convert one, or say @unit", name_of(cloud, role),
                                  cloud.unit, unit));
   unit = cloud.unit;
 }
@@ -103,7 +103,7 @@ class Finder {
     measure_cover(*near, *fit, noise, found);
     if (found.share < options_.least_share)
       not_found(
-          fmt::format("only {:.0f} % of the object's points lie on a surface there, --least-share requires {:.0f} %",
+          fmt::format("only {:.0f} % of the object's points lie on a surface there, @least-share requires {:.0f} %",
                       100 * found.share, 100 * options_.least_share));
     if (fit->scale > worst_scale * noise)
       not_found(
@@ -133,7 +133,7 @@ class Finder {
 
   [[noreturn]] void not_found(const std::string& why) const {
     throw OverlapError(
-        fmt::format("{}: the reference object was not found: {}; is it in this scan? --start-{} gives its "
+        fmt::format("{}: the reference object was not found: {}; is it in this scan? @start-{} gives its "
                     "place",
                     name_of(scan_, role_), why, role_));
   }
@@ -168,7 +168,7 @@ class Finder {
       throw Error(
           ExitCode::not_converged,
           fmt::format("{}: the reference object fits as well elsewhere: {:.0f} % of its points lie on the scan, "
-                      "and {:.0f} % where it is turned by {:.0f} degrees: its shape repeats; --start-{} says "
+                      "and {:.0f} % where it is turned by {:.0f} degrees: its shape repeats; @start-{} says "
                       "which place is meant, or use an object that no turn takes onto itself",
                       name_of(scan_, role_), 100 * here / static_cast<double>(few.points.size()),
                       100 * elsewhere / static_cast<double>(few.points.size()), angle * 180 / std::numbers::pi, role_));
@@ -274,13 +274,13 @@ void assemble(const Cloud& face, const Cloud& jaw, Combination& c) {
 
 void warn(Combination& c) {
   if (c.unit == "unknown")
-    c.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (--unit)");
+    c.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (@unit)");
 }
 
 Combination run(const Cloud& face, const Cloud& jaw, const Cloud& reference, const CombineOptions& options,
                 const Context& context) {
   if (!(options.least_share > 0 && options.least_share <= 1))
-    throw UsageError(fmt::format("--least-share: {} is not a share above 0 and up to 1", options.least_share));
+    throw UsageError(fmt::format("@least-share: {} is not a share above 0 and up to 1", options.least_share));
   Combination c;
   c.options = options;
   c.face_input = stages::summarise_file(face, "face");

@@ -189,12 +189,12 @@ const char* to_text(FacePose::Refusal refusal) {
 
 std::string refusal_sentence(const FacePose& pose) {
   using enum FacePose::Refusal;
-  const char* give = "give the viewing direction (--direction), or crop the scan to the face";
+  const char* give = "give the viewing direction (@direction), or crop the scan to the face";
   switch (pose.refusal) {
     case none:
       return {};
     case too_few_points:
-      return "too few points to find a face by: give the viewing direction (--direction), or a denser scan";
+      return "too few points to find a face by: give the viewing direction (@direction), or a denser scan";
     case several_planes:
       return fmt::format("it is its own mirror image in several ways, as no face is: {}", give);
     case sides_missing:

@@ -71,7 +71,7 @@ Upright Upright::after(const Reflection& found, const Point3& towards) const {
   if (std::fabs(x.z) > steepest)
     throw OverlapError(
         "the plane about which the scan is most nearly symmetric lies across the direction of projection: give "
-        "--direction from the front of the face, and --across from side to side");
+        "@direction from the front of the face, and @across from side to side");
   return {foot, axes_of(x)};
 }
 
@@ -94,7 +94,7 @@ Upright upright_through_middle(const Array<Point3>& points, const Point3& across
   const Point3 level{across.x, across.y, 0};
   const double length = std::sqrt(dot(level, level));
   if (!(length > 1e-6 * std::sqrt(dot(across, across))))
-    throw UsageError("--across: is the direction of projection: give the one from side to side, e.g. x");
+    throw UsageError("@across: is the direction of projection: give the one from side to side, e.g. x");
   Upright place{{0, 0, 0}, axes_of(scaled(level, 1 / length))};
   const Box3 box = box_of(points, place);
   place.origin =
@@ -146,7 +146,7 @@ std::string unit_in_space(const Cloud& description, const CompareOptions& option
                                          c.path.empty() ? std::string("the scan") : c.path, c.unit, c.vertical_unit);
     if (!options.allow_crs)
       throw InputError(what +
-                       ", so turning it would mean nothing: convert it, or say --unit or --allow-crs to take "
+                       ", so turning it would mean nothing: convert it, or say @unit or @allow-crs to take "
                        "the numbers as they are");
     units.options.unit = "unknown";
     warnings.push_back(what + ": turning mixes the two as if they were one");

@@ -32,7 +32,7 @@ std::string not_on_frame(bool moving) {
   return moving ? "the part that moves does not lie on it within the noise of the scans: it is not seen there, or went "
                   "too far since the frame before; give the frames between, or leave this one out"
                 : "the part that stays does not lie on it within the noise of the scans: another object, or turned or "
-                  "shifted against the frame before; bring it there with isopach match --coarse, or leave it out";
+                  "shifted against the frame before; bring it there with isopach match @coarse, or leave it out";
 }
 
 double surface_distance(const OrientedCloud& frame, const Point3& place, double reach) {

@@ -18,25 +18,25 @@ void check(const RoughnessOptions& o, bool has_after, bool has_reference) {
     if (!(value >= 0) || !std::isfinite(value))
       throw UsageError(fmt::format("{}: {} is no length: give one above 0", option, value));
   };
-  length(o.s_filter, "--s-filter"), length(o.l_filter, "--l-filter");
-  if (o.margin >= 0) length(o.margin, "--margin");
-  length(o.wrinkles.depth, "--wrinkle-depth"), length(o.wrinkles.length, "--wrinkle-length");
+  length(o.s_filter, "@s-filter"), length(o.l_filter, "@l-filter");
+  if (o.margin >= 0) length(o.margin, "@margin");
+  length(o.wrinkles.depth, "@wrinkle-depth"), length(o.wrinkles.length, "@wrinkle-length");
   if (o.s_filter > 0 && o.l_filter > 0 && !(o.s_filter < o.l_filter))
-    throw UsageError(fmt::format("--s-filter: {} is not below the cut-off of --l-filter, {}: nothing would be left",
+    throw UsageError(fmt::format("@s-filter: {} is not below the cut-off of @l-filter, {}: nothing would be left",
                                  o.s_filter, o.l_filter));
   if (o.form == FormKind::polynomial && (o.degree < 1 || o.degree > most_form_degree))
-    throw UsageError(fmt::format("--degree: {} is not one of 1 to {}", o.degree, most_form_degree));
-  if (o.filter_degree > 1) throw UsageError(fmt::format("--filter-degree: {} is not 0 or 1", o.filter_degree));
+    throw UsageError(fmt::format("@degree: {} is not one of 1 to {}", o.degree, most_form_degree));
+  if (o.filter_degree > 1) throw UsageError(fmt::format("@filter-degree: {} is not 0 or 1", o.filter_degree));
   if (o.filter == MeanFilter::robust && o.l_filter == 0)
-    throw UsageError("--filter: there is no waviness to filter: give the cut-off --l-filter");
+    throw UsageError("@filter: there is no waviness to filter: give the cut-off @l-filter");
   if (o.form == FormKind::reference && !has_reference)
-    throw UsageError("--form: a reference is to be removed: name its file with --reference");
+    throw UsageError("@form: a reference is to be removed: name its file with @reference");
   if (o.form != FormKind::reference && has_reference)
-    throw UsageError("--reference: is of use with --form reference alone");
+    throw UsageError("@reference: is of use with @form reference alone");
   if (o.match && !has_after && !has_reference)
-    throw UsageError("--match: there is nothing to move: give a second scan or a --reference");
+    throw UsageError("@match: there is nothing to move: give a second scan or a @reference");
   if (!has_after && !o.compare.pose.is_identity())
-    throw UsageError("--pose: is that of the second scan, and there is none");
+    throw UsageError("@pose: is that of the second scan, and there is none");
 }
 
 /// Sets the unit. Slopes and lengths along the surface mean nothing where z has another unit than x and y.
@@ -52,7 +52,7 @@ void check_units(const Cloud& scan, const Cloud* after, const Cloud* reference, 
                     cloud->unit, cloud->vertical_unit);
     if (!options.allow_crs)
       throw InputError(what +
-                       ", so slopes would mean nothing: convert it, or say --unit or --allow-crs to take the "
+                       ", so slopes would mean nothing: convert it, or say @unit or @allow-crs to take the "
                        "numbers as they are");
     options.unit = "unknown";
     r.warnings.push_back(what + ": slopes and lengths mix the two as if they were one");
@@ -73,13 +73,13 @@ Pose matched(const Cloud& moving, const Cloud& scan, const Pose& start, const ch
   wanted.compare.check_layers = false;
   wanted.accept_doubt = r.options.accept_doubt;
   const Matching m = match(moving, scan, wanted, context);
-  require_trust(m, fmt::format("--match: {}", what));
+  require_trust(m, fmt::format("@match: {}", what));
   if (m.verdict && !m.verdict->trusted())
     r.warnings.push_back(fmt::format("match of {}: the pose is {}", what, sentence(*m.verdict, m.unit)));
   verdict = m.verdict;
   if (!m.converged)
     throw Error(ExitCode::not_converged,
-                fmt::format("--match: {}: {}: look at it with isopach match, and give it in place", what, m.reason));
+                fmt::format("@match: {}: {}: look at it with isopach match, and give it in place", what, m.reason));
   for (const std::string& weak : m.weak_directions) r.warnings.push_back(fmt::format("match of {}: {}", what, weak));
   return m.pose;
 }

@@ -46,7 +46,7 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
     MatchOptions wanted = o.match;
     wanted.compare.check_layers = false;  // the comparison does
     const Matching m = match(scan, reference, wanted, context);
-    if (!slides_alone(m)) require_trust(m, "--align: " + cloud_name(scan));
+    if (!slides_alone(m)) require_trust(m, "@align: " + cloud_name(scan));
     s.verdict = m.verdict;
     s.pose = m.pose;
     s.converged = m.converged;
@@ -181,7 +181,7 @@ Scanners run(const Cloud& a, const Cloud& b, const Cloud& reference, const Scann
   Scanners all;
   all.options = options;
   if (!(options.reference_sigma >= 0) || !std::isfinite(options.reference_sigma))
-    throw UsageError("--reference-sigma: is no standard deviation: a number of 0 or more");
+    throw UsageError("@reference-sigma: is no standard deviation: a number of 0 or more");
   stages::Clock clock(all.timing, context);
   std::array<Array<double>, 2> at_reference;
   clock.start("scan_a");

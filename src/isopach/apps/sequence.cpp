@@ -29,13 +29,13 @@ void check(const FrameSource& frames, const SequenceOptions& o) {
         fmt::format("{} frame: a sequence has at least 2: name the files, or a folder of them", frames.count));
   if (o.reference >= frames.count)
     throw UsageError(
-        fmt::format("--reference: there is no frame {}: the last one is {}", o.reference, frames.count - 1));
+        fmt::format("@reference: there is no frame {}: the last one is {}", o.reference, frames.count - 1));
   if (o.model_points < 500)
-    throw UsageError(fmt::format("--model-points: {} are too few: at least 500", o.model_points));
+    throw UsageError(fmt::format("@model-points: {} are too few: at least 500", o.model_points));
   if (!(o.least_part > 0 && o.least_part < 0.5))
-    throw UsageError(fmt::format("--least-part: {} is not a share above 0 and below 0.5", o.least_part));
-  if (!(o.smooth >= 0)) throw UsageError("--smooth: not a number of frames, 0 or more");
-  if (!(o.rate >= 0)) throw UsageError("--rate: not a number of frames a second");
+    throw UsageError(fmt::format("@least-part: {} is not a share above 0 and below 0.5", o.least_part));
+  if (!(o.smooth >= 0)) throw UsageError("@smooth: not a number of frames, 0 or more");
+  if (!(o.rate >= 0)) throw UsageError("@rate: not a number of frames a second");
 }
 
 /// The page's state: the model, and what two readings of the frames make of it.
@@ -94,7 +94,7 @@ class Sequence {
       throw Error(
           ExitCode::not_converged,
           fmt::format("{}: frame {} is of another object than the other frames, or the surface changed: {}; give "
-                      "another --reference, or leave out the frames that do not belong to it",
+                      "another @reference, or leave out the frames that do not belong to it",
                       source_.name(options_.reference), options_.reference, why));
     return true;
   }
@@ -147,11 +147,11 @@ class Sequence {
     if (static_cast<std::size_t>(bad) + 1 >= source_.count)
       throw Error(rounds_ > 0 ? ExitCode::not_converged : ExitCode::input,
                   fmt::format("no frame but the reference can be used{}; {}: {}",
-                              rounds_ > 0 ? ", so that it may be the one that does not belong (--reference)" : "",
+                              rounds_ > 0 ? ", so that it may be the one that does not belong (@reference)" : "",
                               source_.name(first_bad()), skipped_[first_bad()]));
     if (!finder.found())
       throw InputError(fmt::format(
-          "the frames move as one: no part of {} of the scan moves against the rest; is --reference a typical frame?",
+          "the frames move as one: no part of {} of the scan moves against the rest; is @reference a typical frame?",
           options_.least_part));
     set_blend(finder);
   }
@@ -365,7 +365,7 @@ class Sequence {
       result_.warnings.push_back(fmt::format("frame {} ({}) was skipped: {}", f.index, f.name, f.skipped));
     }
     if (result_.unit == "unknown")
-      result_.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (--unit)");
+      result_.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (@unit)");
   }
 
   const FrameSource& source_;

@@ -76,8 +76,8 @@ FoundPlane agreed_plane(const Array<Point3>& points, const Upright& start, const
     if (!o.accept_doubt)
       throw Error(ExitCode::not_converged,
                   fmt::format("{}: the plane that was found is not one of symmetry: {}: keep more of the other side in "
-                              "the scan, give --across from side to side, or "
-                              "take the plane as it is by --accept-doubt",
+                              "the scan, give @across from side to side, or "
+                              "take the plane as it is by @accept-doubt",
                               path.empty() ? "the scan" : path, sides_sentence(*f.sides)));
     f.warnings.push_back("the plane that was found is not one of symmetry: " + sides_sentence(*f.sides));
   }

@@ -49,7 +49,7 @@ InputSummary summary(const Cloud& cloud, const char* role, const Pose& pose, con
   if (s.layered_share > 0.02)
     warnings.push_back(
         fmt::format("{}: {:.0f} % of its area has several layers along the direction, so it is no height field there: "
-                    "crop it or choose another --direction",
+                    "crop it or choose another @direction",
                     cloud.path.empty() ? role : cloud.path, 100 * s.layered_share));
   return s;
 }
@@ -86,7 +86,7 @@ void find_folds_of(SurfaceScan& scan, const RoughnessOptions& options, const Con
   if (std::all_of(kept.begin(), kept.end(), [](unsigned char k) { return k == 0; }))
     throw OverlapError(
         "all of the scan has several layers along the direction, so no part of it is a height field: choose another "
-        "--direction, keep one layer by --class or --crop, or take it as it is with --folds keep");
+        "@direction, keep one layer by @class or @crop, or take it as it is with @folds keep");
   s = make_surface(std::move(s.xy), std::move(s.z), std::move(s.t), kept);
 }
 
@@ -101,8 +101,7 @@ SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame,
     scan.below = heights_below(xy, *reference, context);
     const Array<double> known = scan.below;
     thin_out(xy, z, scan.below, scan.node_of_point, [&](std::size_t i) { return !std::isnan(known[i]); });
-    if (xy.empty())
-      throw OverlapError("--reference: lies nowhere under the scan: put it in place, or let --match do so");
+    if (xy.empty()) throw OverlapError("@reference: lies nowhere under the scan: put it in place, or let @match do so");
   }
   const bool trim = options.compare.border == BorderRule::trim;
   for (int pass = 0; pass < 2; ++pass) {
@@ -113,7 +112,7 @@ SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame,
     thin_out(xy, z, scan.below, scan.node_of_point, [&](std::size_t i) { return weight[i] > 0; });
     if (xy.empty())
       throw InputError((cloud.path.empty() ? std::string("a scan") : cloud.path) +
-                       ": its points cover no area along the direction: choose another --direction, or --border hull");
+                       ": its points cover no area along the direction: choose another @direction, or @border hull");
     if (pass == 1)  // what a second look leaves out has no weight and stays
       scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, options.compare.max_edge, context);
   }
@@ -232,7 +231,7 @@ void check_depth(const MatchSurface& s, std::span<const double> area, const Text
   if (nmad(left, area) >= nmad(x.valley, area) / 2) return;
   warnings.push_back(fmt::format(
       "most of the heights of {} are a curved form, which sets the depth that wrinkles need, {:.3g}: remove it "
-      "with --form polynomial or --l-filter, or give --wrinkle-depth",
+      "with @form polynomial or @l-filter, or give @wrinkle-depth",
       role, x.wrinkles.depth));
 }
 
@@ -270,8 +269,8 @@ Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Fr
   const auto nodes = left_out ? std::count_if(area.begin(), area.end(), [](double share) { return share > 0; })
                               : static_cast<std::ptrdiff_t>(s.xy.size());
   x.spacing = std::sqrt(x.area / static_cast<double>(nodes));
-  check_cutoff(o.s_filter, x.spacing, "--s-filter", role, warnings);
-  check_cutoff(o.l_filter, x.spacing, "--l-filter", role, warnings);
+  check_cutoff(o.s_filter, x.spacing, "@s-filter", role, warnings);
+  check_cutoff(o.l_filter, x.spacing, "@l-filter", role, warnings);
 
   // S-filter, form, L-filter
   Array<double> heights = scan.below.empty() ? s.z : less(s.z, scan.below);
@@ -307,7 +306,7 @@ Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Fr
   const unsigned pieces = o.interpolation == Interpolation::cubic ? cubic_pieces : 1;
   x.parameters = areal_parameters(refined(s.t, s.xy, rough, x.cells.in_domain, pieces, context), context);
   if (!(x.parameters.area > 0))
-    throw UsageError(fmt::format("--margin: {} from the rim leaves nothing of {} to evaluate: give a smaller one",
+    throw UsageError(fmt::format("@margin: {} from the rim leaves nothing of {} to evaluate: give a smaller one",
                                  x.margin, cloud.path.empty() ? role : cloud.path));
   x.wrinkles = find_wrinkles(s.t, s.xy, s.z, x.valley, x.cells.in_domain, share, o.wrinkles, context);
   check_depth(s, area, x, o, cloud.path.empty() ? role : cloud.path, warnings, context);

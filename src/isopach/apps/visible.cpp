@@ -36,7 +36,7 @@ void keep_faces(Cloud& cloud, const Array<Index>& now) {
 Array<unsigned char> hidden_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
                                    const Context& context) {
   if (cloud.faces.empty())
-    throw UsageError("--visible: " + name_of(cloud) +
+    throw UsageError("@visible: " + name_of(cloud) +
                      " has no faces that could hide a point: leave the option out, or give a mesh");
   const Mesh mesh = make_mesh(cloud, pose, frame, field, MeshSource::faces, {}, context);
   const SurfaceTree tree(mesh);
@@ -69,7 +69,7 @@ Cloud visible_part(const Cloud& cloud, const Pose& pose, const Frame& frame, con
   keep_items(seen.points, now);
   for (Attribute& a : seen.attributes) keep_items(a.values, now);
   keep_faces(seen, now);
-  seen.notes.push_back(fmt::format("{} of {} points lie behind a face and are left out (--visible)",
+  seen.notes.push_back(fmt::format("{} of {} points lie behind a face and are left out (@visible)",
                                    hidden.size() - kept, hidden.size()));
   return seen;
 }

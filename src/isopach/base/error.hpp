@@ -1,6 +1,6 @@
 // All failures of the library. Data that cannot be used returns as an exception of one of these types, each carrying
 // the exit code of the command line; misuse by the programmer is an assert. A message is one line: what, in which file
-// or option, what to do.
+// or option, what to do. It names options by key, "@max-edge": whoever shows it spells them, base/option_key.hpp.
 #pragma once
 #include <stdexcept>
 #include <string>
@@ -22,6 +22,9 @@ class Error : public std::runtime_error {
  public:
   Error(ExitCode code, const std::string& message) : std::runtime_error(message), code_(code) {}
   [[nodiscard]] ExitCode code() const noexcept { return code_; }
+  /// The key of the option that the message begins with, "max-edge" of "@max-edge: 0 is no length"; empty if it begins
+  /// with none.
+  [[nodiscard]] std::string option() const;
 
  private:
   ExitCode code_;

@@ -52,17 +52,17 @@ void check_currents(const CompareOptions& options) {
   if (!asked(options)) {
     if (o.sigma != 0)
       throw UsageError(
-          "--sigma: it is the width of the kernel of currents: add --measure currents; the noise of the scans is given "
+          "@sigma: it is the width of the kernel of currents: add @measure currents; the noise of the scans is given "
           "by "
-          "--sigma1 and --sigma2");
-    if (o.error != CurrentsOptions{}.error) throw UsageError("--currents-error: it needs --measure currents");
+          "@sigma1 and @sigma2");
+    if (o.error != CurrentsOptions{}.error) throw UsageError("@currents-error: it needs @measure currents");
     return;
   }
   CurrentsOptions chosen = o;
   if (chosen.sigma == 0) chosen.sigma = 1;  // not known yet
   check(chosen);
   if (options.interpolation == Interpolation::cubic)
-    throw UsageError("--measure currents: they are of plane triangles: leave --interpolation cubic out");
+    throw UsageError("@measure currents: they are of plane triangles: leave @interpolation cubic out");
 }
 
 void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
@@ -70,7 +70,7 @@ void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
   const std::string& heights = a.vertical_unit != "unknown" ? a.vertical_unit : b.vertical_unit;
   if (c.unit == "deg" || (c.unit != "unknown" && heights != "unknown" && heights != c.unit))
     throw InputError(fmt::format(
-        "--measure currents: x and y are in {}, heights in {}, so distances in space mean nothing: convert one of them",
+        "@measure currents: x and y are in {}, heights in {}, so distances in space mean nothing: convert one of them",
         c.unit, heights));
 }
 
@@ -84,8 +84,8 @@ void measure_currents(const Pair& pair, const Domain& domain, Comparison& c, con
   for (const auto& [current, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}})
     if (current->centroids.empty())
       throw OverlapError(fmt::format(
-          "--measure currents: no triangle of {} lies over the other scan{}: take scans that share more area, or "
-          "--domain hull",
+          "@measure currents: no triangle of {} lies over the other scan{}: take scans that share more area, or "
+          "@domain hull",
           role, !domain.is_everything() ? " and inside the polygons or the mask" : ""));
   CurrentsOptions options = c.options.currents;
   if (options.sigma == 0) options.sigma = default_sigma(a, b);
@@ -94,13 +94,13 @@ void measure_currents(const Pair& pair, const Domain& domain, Comparison& c, con
   const Currents& found = c.currents->sums;
   if (!found.reached)
     c.warnings.push_back(
-        "--measure currents: the asked error was not reached: the surfaces fold so often within --sigma "
+        "@measure currents: the asked error was not reached: the surfaces fold so often within @sigma "
         "that their normals cancel; the bounds in the result hold");
   else if (found.error_bound > poor_rho * found.rho)
     c.warnings.push_back(
-        fmt::format("--measure currents: the scans are so alike that rho is known to {:.1e} only, and is {:.1e}: for "
+        fmt::format("@measure currents: the scans are so alike that rho is known to {:.1e} only, and is {:.1e}: for "
                     "more digits give "
-                    "a smaller --currents-error",
+                    "a smaller @currents-error",
                     found.error_bound, found.rho));
 }
 

@@ -14,8 +14,8 @@ void check_direction(const Frame& frame, const std::string& option) {
   if (frame.rotation != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     throw UsageError(
         option +
-        ": polygons and masks are in x and y, so they go with --direction z alone; leave the direction, or turn the "
-        "scans first (isopach convert --pose)");
+        ": polygons and masks are in x and y, so they go with @direction z alone; leave the direction, or turn the "
+        "scans first (isopach convert @pose)");
 }
 
 // `given`: a PolygonSet or a Mask.
@@ -29,7 +29,7 @@ void check_crs(const std::string& option, const Given& given, const std::string&
   };
   throw InputError(
       fmt::format("{}: {}: its CRS is {}, that of the scans {}: reproject it (ogr2ogr -t_srs), or pass "
-                  "--allow-crs if the coordinates are right",
+                  "@allow-crs if the coordinates are right",
                   given.path, option, short_name(crs), short_name(of_scans)));
 }
 
@@ -126,7 +126,7 @@ class InFrame {
         BudgetRow row;
         row.name = std::move(name);
         row.file = set.path;
-        row.restricts = option == "--include";
+        row.restricts = option == "@include";
         rows->push_back(std::move(row));
       }
     }
@@ -134,15 +134,15 @@ class InFrame {
   }
 
   Region region(const Mask& mask) {
-    check_direction(c_.frame, "--mask");
-    check_crs("--mask", mask, crs_, options_.allow_crs);
+    check_direction(c_.frame, "@mask");
+    check_crs("@mask", mask, crs_, options_.allow_crs);
     for (const std::string& note : mask.notes) c_.warnings.push_back(mask.path + ": " + note);
     Region region;
     region.edges = moved(mask.edges, c_.frame);
     auto parts = trapezoids(region.edges);
     if (!parts)
       throw InputError(mask.path +
-                       ": --mask: its pixels are too small for its coordinates: use a raster with larger pixels");
+                       ": @mask: its pixels are too small for its coordinates: use a raster with larger pixels");
     region.parts = std::move(*parts);
     return region;
   }
@@ -201,8 +201,8 @@ NamedRegions regions_of(const std::string& option, const PolygonSet& file, const
 AreaOfInterest::AreaOfInterest(Comparison& c, const Context& context) {
   const CompareOptions& options = c.options;
   InFrame in_frame(c, context);
-  std::vector<Region> include = in_frame.regions("--include", options.area.include, &rows_);
-  std::vector<Region> rows_alone = in_frame.regions("--budget", options.area.budget, &rows_);
+  std::vector<Region> include = in_frame.regions("@include", options.area.include, &rows_);
+  std::vector<Region> rows_alone = in_frame.regions("@budget", options.area.budget, &rows_);
   if (!rows_.empty()) polygons_ = in_frame.index(joined(include, std::move(rows_alone)));
   for (std::size_t i = 0; i < rows_.size(); ++i) rows_[i].polygon_area = polygons_.area(i);
   if (!include.empty()) domain_.keep(in_frame.index(std::move(include)));
@@ -211,7 +211,7 @@ AreaOfInterest::AreaOfInterest(Comparison& c, const Context& context) {
     mask.push_back(in_frame.region(*options.area.mask));
     domain_.keep(in_frame.index(std::move(mask)));
   }
-  std::vector<Region> exclude = in_frame.regions("--exclude", options.area.exclude, nullptr);
+  std::vector<Region> exclude = in_frame.regions("@exclude", options.area.exclude, nullptr);
   if (!exclude.empty()) domain_.take_away(in_frame.index(std::move(exclude)));
 }
 
@@ -246,7 +246,7 @@ void AreaOfInterest::cut_cells(Comparison& c, const Context& context) const {
   if (were_any && c.cells.pieces.empty() && !any())
     throw OverlapError(
         "the area that the scans share and the polygons and mask leave nothing in common: check the coordinates of "
-        "--include, --exclude and --mask");
+        "@include, @exclude and @mask");
 }
 
 void cut_borders(const Pair& pair, const Domain& domain, Borders& borders, Comparison& c, const Context& context) {

@@ -57,12 +57,12 @@ void check_uncertainty(const UncertaintyOptions& o) {
     if (!(value >= 0) || std::isinf(value))
       throw UsageError(fmt::format("{}: {} is no length, give one above 0", option, value));
   };
-  length("--lod", o.lod);
-  length("--correlation-range", o.correlation_range);
-  length("--registration-error", o.registration_error);
+  length("@lod", o.lod);
+  length("@correlation-range", o.correlation_range);
+  length("@registration-error", o.registration_error);
   if (!(o.confidence > 0 && o.confidence < 1))
-    throw UsageError(fmt::format("--confidence: {} is no probability between 0 and 1, e.g. 0.95", o.confidence));
-  for (const auto& [option, source] : {std::pair{"--sigma1", &o.sigma1}, std::pair{"--sigma2", &o.sigma2}})
+    throw UsageError(fmt::format("@confidence: {} is no probability between 0 and 1, e.g. 0.95", o.confidence));
+  for (const auto& [option, source] : {std::pair{"@sigma1", &o.sigma1}, std::pair{"@sigma2", &o.sigma2}})
     if (source->kind == Kind::constant && (!(source->value >= 0) || std::isinf(source->value)))
       throw UsageError(fmt::format("{}: {} is no standard deviation, give one of 0 or more", option, source->value));
   const bool has_1 = o.sigma1.kind != Kind::none, has_2 = o.sigma2.kind != Kind::none;
@@ -70,31 +70,31 @@ void check_uncertainty(const UncertaintyOptions& o) {
     throw UsageError(
         fmt::format("{0}: also give {1}, for what is known of one scan alone says nothing of the "
                     "difference ({1} 0 for one without noise)",
-                    has_1 ? "--sigma1" : "--sigma2", has_1 ? "--sigma2" : "--sigma1"));
+                    has_1 ? "@sigma1" : "@sigma2", has_1 ? "@sigma2" : "@sigma1"));
   if ((o.model == Model::independent || o.model == Model::correlated) && !has_1)
-    throw UsageError("--uncertainty-model: needs the noise of both scans, --sigma1 and --sigma2");
+    throw UsageError("@uncertainty-model: needs the noise of both scans, @sigma1 and @sigma2");
   if (o.model == Model::correlated && !(o.correlation_range > 0))
     throw UsageError(
-        "--uncertainty-model correlated: needs --correlation-range, the distance over which errors are "
+        "@uncertainty-model correlated: needs @correlation-range, the distance over which errors are "
         "alike");
   if (o.model == Model::registration && !(o.registration_error > 0) && !o.registration_covariance)
     throw UsageError(
-        "--uncertainty-model registration: needs --registration-error, the standard deviation of the "
-        "vertical shift between the scans or result.json of isopach match, or --match");
+        "@uncertainty-model registration: needs @registration-error, the standard deviation of the "
+        "vertical shift between the scans or result.json of isopach match, or @match");
   if (o.registration_error > 0 && o.registration_covariance)
-    throw UsageError("--registration-error: give a shift or a covariance of the pose, not both");
+    throw UsageError("@registration-error: give a shift or a covariance of the pose, not both");
   if (o.registration_covariance) {
     const std::string fault = fault_of(*o.registration_covariance);
     if (!fault.empty())
-      throw InputError(fmt::format("--registration-error: {}: no covariance of a pose: {}",
+      throw InputError(fmt::format("@registration-error: {}: no covariance of a pose: {}",
                                    o.registration_source.empty() ? "matrix" : o.registration_source, fault));
   }
   if (o.correlation_range > 0 && (o.model == Model::none || o.model == Model::independent))
-    throw UsageError("--correlation-range: acts in --uncertainty-model correlated or registration alone");
+    throw UsageError("@correlation-range: acts in @uncertainty-model correlated or registration alone");
   if (o.correlation_range > 0 && !has_1)
-    throw UsageError("--correlation-range: needs the noise of both scans, --sigma1 and --sigma2");
+    throw UsageError("@correlation-range: needs the noise of both scans, @sigma1 and @sigma2");
   if ((o.registration_error > 0 || o.registration_covariance) && o.model != Model::registration)
-    throw UsageError("--registration-error: acts in --uncertainty-model registration alone");
+    throw UsageError("@registration-error: acts in @uncertainty-model registration alone");
 }
 
 NullDifference unite_unchanged(NullDifferences unchanged, const UnitedNodes& nodes, Comparison& c) {
@@ -109,8 +109,8 @@ NodeSigmas sigmas_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, con
   if (o.sigma1.kind == SigmaSource::Kind::none) return {};
   const DuplicatePolicy policy = options.project.duplicates;
   NodeSigmas sigma;
-  sigma[0] = sigma_of_nodes(a, Pose{}, pair.scan[0].field, o.sigma1, policy, "--sigma1", context);
-  sigma[1] = sigma_of_nodes(b, options.pose, pair.scan[1].field, o.sigma2, policy, "--sigma2", context);
+  sigma[0] = sigma_of_nodes(a, Pose{}, pair.scan[0].field, o.sigma1, policy, "@sigma1", context);
+  sigma[1] = sigma_of_nodes(b, options.pose, pair.scan[1].field, o.sigma2, policy, "@sigma2", context);
   return sigma;
 }
 
@@ -314,8 +314,8 @@ void Noise::describe(const UnitedNodes& nodes, const OverlayNoise& over, Compari
     describe_volumes(nodes, over, c);
   } else if (has_sigmas()) {
     c.warnings.emplace_back(
-        "--sigma1 and --sigma2 without --uncertainty-model give a level of detection, but no standard deviation of the "
-        "volumes: add --uncertainty-model independent, or correlated with --correlation-range");
+        "@sigma1 and @sigma2 without @uncertainty-model give a level of detection, but no standard deviation of the "
+        "volumes: add @uncertainty-model independent, or correlated with @correlation-range");
   }
 }
 

@@ -15,7 +15,7 @@ namespace isopach::stages {
 
 /// Standard deviation of the height of each node. By `mean`, m merged points of σ_i have √(Σ σ_i²) / m; by any other
 /// rule the node has the largest of its points (the least that is certainly enough). A function of the set of points.
-/// Errors, naming `option` (e.g. "--sigma1"): no such attribute, a raster that cannot be read or does not reach a
+/// Errors, naming `option` (e.g. "@sigma1"): no such attribute, a raster that cannot be read or does not reach a
 /// point, a value that is no standard deviation.
 [[nodiscard]] Array<double> sigma_of_nodes(const Cloud& cloud, const Pose& pose, const HeightField& field,
                                            const SigmaSource& source, DuplicatePolicy policy, const std::string& option,

@@ -125,7 +125,7 @@ void describe_slivers(const CellView& cells, Comparison& c) {
                     "% of the area: "
                     "they bridge gaps between the outermost points, so look at the map before trusting that part{}",
                     100 * c.sliver_volume, 100 * c.sliver_area,
-                    c.options.border == BorderRule::hull ? ", or leave them out with --border trim" : ""));
+                    c.options.border == BorderRule::hull ? ", or leave them out with @border trim" : ""));
 }
 
 // Cells that belong to what both scans sampled, but not to the domain.
@@ -138,12 +138,12 @@ void warn_of_folds(Comparison& c) {
   const double volume = c.measures.volume.absolute > 0 ? c.folds.volume.absolute / c.measures.volume.absolute : 0;
   c.warnings.push_back(fmt::format(
       "{:.2g} % of the area that both scans cover has several layers along the direction and is {}: another "
-      "--direction, --crop or, of files with faces, --visible leaves one layer of it",
+      "@direction, @crop or, of files with faces, @visible leaves one layer of it",
       100 * c.folds.share,
-      keeps ? fmt::format("measured as it is triangulated, {:.2g} % of the absolute volume (--folds "
+      keeps ? fmt::format("measured as it is triangulated, {:.2g} % of the absolute volume (@folds "
                           "leave-out leaves it out)",
                           100 * volume)
-            : "left out of all figures (--folds keep measures it as it is triangulated)"));
+            : "left out of all figures (@folds keep measures it as it is triangulated)"));
 }
 
 // Of the union.
@@ -188,22 +188,22 @@ void check_options(const CompareOptions& options) {
   check_percentiles(options.percentiles);
   if (options.surface != Surface::common && options.domain == DomainKind::hull)
     throw UsageError(
-        "--surface: the exact overlay ends where one of the surfaces does: leave --domain hull out, or take --surface "
+        "@surface: the exact overlay ends where one of the surfaces does: leave @domain hull out, or take @surface "
         "common");
   if (options.surface != Surface::common && options.interpolation == Interpolation::cubic)
     throw UsageError(
-        "--interpolation: the exact overlay is of two piecewise linear surfaces: take --surface common, or leave "
-        "--interpolation cubic out");
+        "@interpolation: the exact overlay is of two piecewise linear surfaces: take @surface common, or leave "
+        "@interpolation cubic out");
   if (options.noise_floor && options.surface == Surface::overlay)
     throw UsageError(
-        "--noise-floor: it is that of the common triangulation: take --surface common or both instead of overlay");
+        "@noise-floor: it is that of the common triangulation: take @surface common or both instead of overlay");
   if (options.noise_floor && options.interpolation != Interpolation::linear)
-    throw UsageError("--noise-floor: it is that of linear interpolation: leave --interpolation cubic out");
+    throw UsageError("@noise-floor: it is that of linear interpolation: leave @interpolation cubic out");
   if (!(options.max_edge >= 0) || std::isinf(options.max_edge))
     throw UsageError(
-        fmt::format("--max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));
+        fmt::format("@max-edge: {} is no length, give one above 0 in the unit of x and y", options.max_edge));
   if (!(options.alpha >= 0) || std::isinf(options.alpha))
-    throw UsageError(fmt::format("--alpha: {} is no radius, give one above 0 in the unit of x and y", options.alpha));
+    throw UsageError(fmt::format("@alpha: {} is no radius, give one above 0 in the unit of x and y", options.alpha));
 }
 
 void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
@@ -216,22 +216,22 @@ void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, 
     if (cloud->unit == "deg")
       throw InputError(name_of(*cloud, role) +
                        ": x and y are degrees, so areas and volumes would mean nothing: project it to a metric CRS, or "
-                       "pass --allow-crs");
+                       "pass @allow-crs");
     if (is_pseudo_mercator(cloud->crs))
       throw InputError(
           name_of(*cloud, role) +
           ": pseudo-Mercator stretches areas several times away from the equator: project it to a local CRS, "
-          "or pass --allow-crs");
+          "or pass @allow-crs");
   }
   const auto differ = [](const std::string& p, const std::string& q, const std::string& none) {
     return p != none && q != none && p != q;
   };
   if (!options.allow_crs && options.unit.empty() && differ(a.unit, b.unit, "unknown"))
     throw InputError(name_of(b, "B") + ": its unit is " + b.unit + " but that of " + name_of(a, "A") + " is " + a.unit +
-                     ": convert one, or say --unit to override both");
+                     ": convert one, or say @unit to override both");
   if (!options.allow_crs && options.unit.empty() && differ(a.vertical_unit, b.vertical_unit, "unknown"))
     throw InputError(name_of(b, "B") + ": its heights are in " + b.vertical_unit + " but those of " + name_of(a, "A") +
-                     " in " + a.vertical_unit + ": convert one, or say --unit to override both");
+                     " in " + a.vertical_unit + ": convert one, or say @unit to override both");
   if (differ(a.crs, b.crs, ""))
     c.warnings.push_back("the two files name their coordinate systems differently; they are compared as they stand");
   c.unit = !options.unit.empty() ? options.unit : (a.unit != "unknown" ? a.unit : b.unit);
@@ -268,7 +268,7 @@ void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pai
       c.warnings.push_back(
           fmt::format("{}: {:.0f} % of its area has several layers along the projection direction, so it is no height "
                       "field there: crop "
-                      "it, choose another --direction, or filter by --class",
+                      "it, choose another @direction, or filter by @class",
                       s->path.empty() ? "scan " + s->role : s->path, 100 * s->layered_share));
 }
 
@@ -286,7 +286,7 @@ void describe_meshes(const Pair& pair, Comparison& c) {
     if (t->real == 0)
       throw OverlapError((s->path.empty() ? "scan " + s->role : s->path) + ": " +
                          (t->nodes < 3 ? "fewer than 3 different points" : "all points lie on one line") +
-                         ", so it covers no area to compare: use a scan of a surface, or --domain hull");
+                         ", so it covers no area to compare: use a scan of a surface, or @domain hull");
   if (!(shared > 0))
     throw OverlapError(
         "the scans do not overlap in the projection plane: check their coordinate systems, or match them first");
@@ -438,10 +438,10 @@ void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comp
 void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context) {
   c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, domain, context);
   if (!c.detail && c.options.measure == MeasureKind::dV)
-    throw OverlapError(fmt::format(
-        "--measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave --measure "
-        "out, or take scans that share more area",
-        !domain.is_everything() ? " and of --include, --exclude and --mask" : ""));
+    throw OverlapError(
+        fmt::format("@measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave @measure "
+                    "out, or take scans that share more area",
+                    !domain.is_everything() ? " and of @include, @exclude and @mask" : ""));
 }
 
 void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
@@ -450,13 +450,12 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   if (left_out(c).area > 0 && !(c.domain_area > least_single * (c.domain_area + left_out(c).area)))
     throw OverlapError(
         "all but a hundredth of the area that the scans share has several layers along the direction, so it is no "
-        "height "
-        "field: "
-        "choose another --direction, keep one layer by --class or --crop, or measure it as it is with --folds keep");
+        "height field: choose another @direction, keep one layer by @class or @crop, or measure it as it is with @folds "
+        "keep");
   if (!(c.domain_area > 0) && c.trimmed_area > 0)
     throw OverlapError(
         "no part of the area that the scans share is sampled densely enough by both: every triangle was trimmed; use "
-        "--border hull, or a larger --max-edge or --alpha");
+        "@border hull, or a larger @max-edge or @alpha");
   if (!(c.domain_area > 0))
     throw OverlapError(
         "the common area of the scans holds no cell to measure: they touch, overlap in a sliver only, or all points "
@@ -471,9 +470,9 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   c.coverage = std::min(1.0, c.domain_area / c.area_union);
   warn_of_folds(c);
   if (c.coverage < c.options.min_coverage)
-    throw OverlapError(fmt::format(
-        "coverage is {:.6g}, below the {:.6g} that --min-coverage requires: the scans share too little area",
-        c.coverage, c.options.min_coverage));
+    throw OverlapError(
+        fmt::format("coverage is {:.6g}, below the {:.6g} that @min-coverage requires: the scans share too little area",
+                    c.coverage, c.options.min_coverage));
   describe_slivers(cells, c);
 }
 

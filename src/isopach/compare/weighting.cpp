@@ -36,7 +36,7 @@ Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute,
     if (node == no_index) continue;
     const double value = attribute.values[i];
     if (!(value >= 0) || std::isinf(value))
-      throw InputError(fmt::format("--weight: attribute '{}' of {} is {} at point {}: weights are finite and 0 or more",
+      throw InputError(fmt::format("@weight: attribute '{}' of {} is {} at point {}: weights are finite and 0 or more",
                                    attribute.name, file, value, i + 1));
     of_node.emplace_back(node, value);
   }
@@ -55,14 +55,13 @@ Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute,
 void check_weight(const CompareOptions& options) {
   if (options.weight.kind == Kind::none) return;
   if (options.interpolation == Interpolation::cubic)
-    throw UsageError(
-        "--weight: it is of two piecewise linear surfaces: leave --interpolation cubic out, or the weight");
+    throw UsageError("@weight: it is of two piecewise linear surfaces: leave @interpolation cubic out, or the weight");
 }
 
 void check_read(const WeightSource& source) {
   const bool lacks_formula = source.kind == Kind::expression && !source.formula;
   if (lacks_formula || (source.kind == Kind::raster && !source.raster))
-    throw UsageError(fmt::format("--weight: the {} '{}' was named but not read: give {}, too",
+    throw UsageError(fmt::format("@weight: the {} '{}' was named but not read: give {}, too",
                                  lacks_formula ? "formula" : "raster", source.text,
                                  lacks_formula ? "the function" : "its values"));
 }
@@ -81,7 +80,7 @@ NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Com
     const Attribute* of_a = source.scan == From::b ? nullptr : a.find_attribute(text);
     const Attribute* of_b = source.scan == From::a ? nullptr : b.find_attribute(text);
     if (of_a == nullptr && of_b == nullptr)
-      throw InputError(fmt::format("--weight: {} attribute '{}': `isopach info` lists the attributes of a file",
+      throw InputError(fmt::format("@weight: {} attribute '{}': `isopach info` lists the attributes of a file",
                                    source.scan == From::a ? name_of(a, "A") + " has no"
                                    : source.scan == From::b
                                        ? name_of(b, "B") + " has no"
@@ -94,12 +93,12 @@ NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Com
   if (source.kind != Kind::raster) return w;
   if (r != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     throw UsageError(
-        "--weight: a raster is in x and y, so it goes with --direction z alone: leave the direction, or "
+        "@weight: a raster is in x and y, so it goes with @direction z alone: leave the direction, or "
         "give a formula");
   w.raster = source.raster;
   const std::string& crs = !a.crs.empty() ? a.crs : b.crs;
   if (!crs.empty() && !w.raster->crs().empty() && crs != w.raster->crs())
-    c.warnings.push_back("--weight: " + text +
+    c.warnings.push_back("@weight: " + text +
                          " names its coordinate system differently from the scans; it is taken as it stands");
   return w;
 }
@@ -133,7 +132,7 @@ void Weighting::describe(const Array<double>& at_nodes, const std::optional<Weig
   if (!asked()) return;
   c.weighted = over_overlay ? *over_overlay : weigh(c.cells.view(), at_nodes, weight(), context_);
   if (!(c.weighted->integral > 0))
-    c.warnings.push_back("--weight: it is 0 everywhere on the area compared: check its coordinates");
+    c.warnings.push_back("@weight: it is 0 everywhere on the area compared: check its coordinates");
 }
 
 Weight Weighting::weight() const {

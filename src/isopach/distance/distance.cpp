@@ -111,7 +111,7 @@ void check_units(const Cloud& a, const Cloud& b, Distances& d) {
                     cloud->path.empty() ? std::string("a scan") : cloud->path, cloud->unit, cloud->vertical_unit);
     if (!options.allow_crs)
       throw InputError(what +
-                       ", so distances in space would mean nothing: convert it, or say --unit or --allow-crs to "
+                       ", so distances in space would mean nothing: convert it, or say @unit or @allow-crs to "
                        "take the numbers as they are");
     units.options.unit = "unknown";
     d.warnings.push_back(what + ": distances mix the two as if they were one");
@@ -129,7 +129,7 @@ M3c2Result measure_m3c2(const Cloud* cores, const PosedScan& a, const PosedScan&
     for (const Point3& p : cores->points)
       if (is_finite(p)) result.cores.push_back(p), places.push_back(d.frame.to_field(p));
     if (places.empty())
-      throw InputError((cores->path.empty() ? std::string("--core-points") : cores->path) + ": holds no core point");
+      throw InputError((cores->path.empty() ? std::string("@core-points") : cores->path) + ": holds no core point");
   } else {
     places = a.kept.points;
     for (const Point3& p : places) result.cores.push_back(d.frame.to_input(p));
@@ -264,17 +264,17 @@ void check(const DistanceOptions& options) {
       throw UsageError(fmt::format("{}: m3c2 needs it, a length above 0: {}", name, what));
   };
   if (options.measures.m3c2) {
-    positive(options.m3c2.normal_scale, "--normal-scale", "the diameter D of the ball that gives the normal");
-    positive(options.m3c2.projection_scale, "--projection-scale", "the diameter d of the cylinder");
-    positive(options.m3c2.max_depth, "--max-depth", "how far the cylinder reaches from the core point");
+    positive(options.m3c2.normal_scale, "@normal-scale", "the diameter D of the ball that gives the normal");
+    positive(options.m3c2.projection_scale, "@projection-scale", "the diameter d of the cylinder");
+    positive(options.m3c2.max_depth, "@max-depth", "how far the cylinder reaches from the core point");
     if (!(options.m3c2.registration_error >= 0) || !std::isfinite(options.m3c2.registration_error))
-      throw UsageError("--registration-error: is not a length, 0 or more");
+      throw UsageError("@registration-error: is not a length, 0 or more");
   }
   if (!(options.tolerance >= 0) || !std::isfinite(options.tolerance))
-    throw UsageError("--tolerance: is not a length, 0 or more");
+    throw UsageError("@tolerance: is not a length, 0 or more");
   if (!(options.max_edge >= 0) || !std::isfinite(options.max_edge))
-    throw UsageError("--max-edge: is not a length, 0 or more");
-  if (options.samples < 1) throw UsageError("--samples: at least 1 a triangle");
+    throw UsageError("@max-edge: is not a length, 0 or more");
+  if (options.samples < 1) throw UsageError("@samples: at least 1 a triangle");
 }
 
 Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const DistanceOptions& options,

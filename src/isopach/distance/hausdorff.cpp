@@ -251,7 +251,7 @@ HausdorffBound directed_hausdorff(const Mesh& from, const SurfaceTree& to, doubl
                                   std::uint64_t most_pieces) {
   const double rounding = distance_rounding(from, to.mesh());
   if (!(tolerance >= 4 * rounding))
-    throw UsageError(fmt::format("--tolerance: {:.3g} is below {:.3g}, what rounding leaves of these coordinates",
+    throw UsageError(fmt::format("@tolerance: {:.3g} is below {:.3g}, what rounding leaves of these coordinates",
                                  tolerance, 4 * rounding));
   const double margin = tolerance - 2 * rounding;
   HausdorffBound bound;
@@ -264,7 +264,7 @@ HausdorffBound directed_hausdorff(const Mesh& from, const SurfaceTree& to, doubl
     if (bound.pieces > most_pieces)
       throw Error(
           ExitCode::not_converged,
-          fmt::format("--tolerance: {:.3g} was not reached with {} pieces: the distance is between {:.6g} and "
+          fmt::format("@tolerance: {:.3g} was not reached with {} pieces: the distance is between {:.6g} and "
                       "{:.6g}; ask for a larger tolerance",
                       tolerance, bound.pieces, bound.lower, std::max(frontier.upper_now(), taken.front().upper)));
     cut.assign(taken.size(), Children{});

@@ -24,7 +24,7 @@ Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightFiel
     if (kept.keeps(i)) mesh.faces.push_back(t.triangles[i].v);
   if (t.real > 0 && mesh.faces.empty())
     throw InputError(name +
-                     ": --max-edge or --border trim leaves no triangle of it: give a longer edge, or --border "
+                     ": @max-edge or @border trim leaves no triangle of it: give a longer edge, or @border "
                      "hull");
   if (kept.removed_area > 0) mesh.trimmed_area = kept.removed_area / (kept.area + kept.removed_area);
   return mesh;
@@ -61,14 +61,14 @@ ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
 Mesh make_mesh(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field, MeshSource source,
                const MeshBorder& border, const Context& context) {
   if (source == MeshSource::faces && cloud.faces.empty())
-    throw InputError(name_of(cloud) + ": has no faces: leave out --mesh faces, or give a mesh");
+    throw InputError(name_of(cloud) + ": has no faces: leave out @mesh faces, or give a mesh");
   const bool own = source != MeshSource::delaunay && !cloud.faces.empty();
   Mesh mesh =
       own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(name_of(cloud), frame, field, border, context);
   if (mesh.faces.empty())
-    throw InputError(name_of(cloud) + (own ? ": no face is left after --class and --crop"
+    throw InputError(name_of(cloud) + (own ? ": no face is left after @class and @crop"
                                            : ": its points lie on one line along the direction, so there is no surface "
-                                             "to measure to: use --measure c2c"));
+                                             "to measure to: use @measure c2c"));
   return mesh;
 }
 

@@ -104,7 +104,7 @@ void InputFile::fail_to_read(int error) const {
 
 void InputFile::refuse_larger() const {
   throw InputError(
-      fmt::format("{}: more than {}, the limit of --max-input (by default half of the memory): thin or crop it, or "
+      fmt::format("{}: more than {}, the limit of @max-input (by default half of the memory): thin or crop it, or "
                   "raise the limit",
                   path_, in_words(max_input())));
 }

@@ -10,35 +10,35 @@ namespace isopach {
 
 void check_options(const MatchOptions& o) {
   if (!(o.overlap >= 0 && o.overlap <= 1))
-    throw UsageError(fmt::format("--overlap: {} is no share: auto, or a number above 0 and up to 1", o.overlap));
-  if (o.max_iterations < 1) throw UsageError("--max-iterations: at least 1");
+    throw UsageError(fmt::format("@overlap: {} is no share: auto, or a number above 0 and up to 1", o.overlap));
+  if (o.max_iterations < 1) throw UsageError("@max-iterations: at least 1");
   if (!(o.tolerance >= 0) || o.tolerance >= 1)
     throw UsageError(
-        fmt::format("--tolerance: {} is no share of the extent: a number above 0 and below 1, e.g. 1e-8", o.tolerance));
+        fmt::format("@tolerance: {} is no share of the extent: a number above 0 and below 1, e.g. 1e-8", o.tolerance));
   if (o.objective != Objective::currents && o.sigma != 0)
-    throw UsageError("--sigma: it is the width of the kernel of currents: add --objective currents");
+    throw UsageError("@sigma: it is the width of the kernel of currents: add @objective currents");
   if (!(o.sigma >= 0) || std::isinf(o.sigma))
-    throw UsageError(fmt::format("--sigma: {} is no width, give a length above 0", o.sigma));
+    throw UsageError(fmt::format("@sigma: {} is no width, give a length above 0", o.sigma));
   const Freedom& f = o.freedom;
   if (!(f.shift_x || f.shift_y || f.shift_z || f.turn_x || f.turn_y || f.turn_z || f.scale))
-    throw UsageError("--freedom: no motion is left to search: allow at least one");
+    throw UsageError("@freedom: no motion is left to search: allow at least one");
   if (o.objective != Objective::measure && o.compare.weight.kind != WeightSource::Kind::none)
-    throw UsageError("--weight: it weighs surfaces: leave it out, or take --objective measure");
-  if (!o.compare.pose.is_identity()) throw UsageError("--pose: a matching starts at --start and finds the pose itself");
+    throw UsageError("@weight: it weighs surfaces: leave it out, or take @objective measure");
+  if (!o.compare.pose.is_identity()) throw UsageError("@pose: a matching starts at @start and finds the pose itself");
   const IcpOptions& icp = o.icp;
   if (!(icp.reject_distance >= 0) || !std::isfinite(icp.reject_distance))
-    throw UsageError(fmt::format("--reject-distance: {} is no distance: a length, medians such as 3x, or none",
-                                 icp.reject_distance));
+    throw UsageError(
+        fmt::format("@reject-distance: {} is no distance: a length, medians such as 3x, or none", icp.reject_distance));
   if (!(icp.reject_normal >= 0) || icp.reject_normal > 90)
     throw UsageError(fmt::format(
-        "--reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none", icp.reject_normal));
+        "@reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none", icp.reject_normal));
   const bool pairs = o.objective == Objective::icp_point || o.objective == Objective::icp_plane;
   if (pairs && o.compare.weight.kind != WeightSource::Kind::none)
-    throw UsageError("--weight: pairs of points have weights of their own: leave it out, or take --objective measure");
+    throw UsageError("@weight: pairs of points have weights of their own: leave it out, or take @objective measure");
   if (!pairs && icp != IcpOptions{})
     throw UsageError(
-        "--reject-distance, --reject-normal, --reject-boundary, --one-to-one, --symmetric and --pair-weights speak of "
-        "pairs: they need --objective icp-point or icp-plane");
+        "@reject-distance, @reject-normal, @reject-boundary, @one-to-one, @symmetric and @pair-weights speak of "
+        "pairs: they need @objective icp-point or icp-plane");
 }
 
 namespace {

@@ -195,7 +195,7 @@ std::vector<Pose> coarse_poses(const Cloud& moving, const Cloud& fixed, const Ma
   std::stable_sort(ranked.begin(), ranked.end(), [](const auto& x, const auto& y) { return x.first > y.first; });
   if (ranked.empty() || !(ranked.front().first >= least_share / 2))
     throw OverlapError(
-        "--coarse: no place was found where the scans fit one another; are they of one surface? Give --start if so");
+        "@coarse: no place was found where the scans fit one another; are they of one surface? Give @start if so");
   const Point3 middle = mean_of(moving);
   std::vector<Pose> poses;
   for (const auto& [score, trial] : ranked) {

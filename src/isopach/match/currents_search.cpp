@@ -294,7 +294,7 @@ void judge(const Descent& d, const Width& w, const Matrix& m, const Motion& moti
     r.weak_directions.push_back(fmt::format(
         "the border where one scan reaches beyond the other pulls the pose by up to {:.0f} standard deviations of the "
         "noise (in the precision as an error of its own): cut both scans to what they have in common, or take "
-        "--objective measure",
+        "@objective measure",
         deviations));
   c += pull * pull.transpose();
   const auto unit = [&](int k) { return k < 3 ? 1 / d.length() : 1.0; };
@@ -308,15 +308,15 @@ void judge(const Descent& d, const Width& w, const Matrix& m, const Motion& moti
 void check(const MatchOptions& o) {
   if (o.freedom.scale)
     throw UsageError(
-        "--freedom scale: currents of another size have another "
+        "@freedom scale: currents of another size have another "
         "norm: leave scale out, or take another "
-        "--objective");
+        "@objective");
   if (o.compare.weight.kind != WeightSource::Kind::none)
-    throw UsageError("--weight: currents have none: leave it out, or take another --objective");
+    throw UsageError("@weight: currents have none: leave it out, or take another @objective");
   if (o.overlap > 0 && o.overlap < 1)
     throw UsageError(
-        "--overlap: --objective currents fits everything: leave "
-        "it out, or take another --objective");
+        "@overlap: @objective currents fits everything: leave "
+        "it out, or take another @objective");
 }
 
 }  // namespace
@@ -327,8 +327,8 @@ SearchResult currents_search(const MatchSurface& moving, const MatchSurface& fix
   const SurfaceCurrent all_moving = current_of(moving), all_fixed = current_of(fixed);
   if (all_moving.centroids.empty() || all_fixed.centroids.empty())
     throw OverlapError(
-        "--objective currents: a scan has no triangle that its "
-        "sampling supports: use --border hull");
+        "@objective currents: a scan has no triangle that its "
+        "sampling supports: use @border hull");
   const double extent = extent_of(all_moving, all_fixed);
   const double sigma = options.sigma > 0 ? options.sigma : default_sigma(all_moving, all_fixed);
   const double tolerance = (options.tolerance > 0 ? options.tolerance : default_match_tolerance) * extent;
@@ -353,7 +353,7 @@ SearchResult currents_search(const MatchSurface& moving, const MatchSurface& fix
     if (width == widths.front() && !(d.at(w, motion).inner > least_inner * std::sqrt(aa * bb)))
       throw OverlapError(
           "the scans do not overlap at the start: check their "
-          "coordinate systems, or give a start with --start");
+          "coordinate systems, or give a start with @start");
     const double norms = std::sqrt(aa * bb);
     Outcome o = descend(d, w, motion, m, norms, 1e-2 * width, 30, [](const State&) {});
     r.iterations += o.steps;
@@ -369,7 +369,7 @@ SearchResult currents_search(const MatchSurface& moving, const MatchSurface& fix
       r.converged = o.converged;
       r.reason = o.stuck       ? "no step lowers the distance"
                  : o.converged ? fmt::format("the last step moved the scan by {:.1e} of its extent", o.last / extent)
-                               : fmt::format("stopped after {} steps (--max-iterations)", o.steps);
+                               : fmt::format("stopped after {} steps (@max-iterations)", o.steps);
       judge(d, w, m, motion, axes, context, r);
     }
     coarser = w.moving;

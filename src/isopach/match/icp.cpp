@@ -30,7 +30,7 @@ void check_boxes(const OrientedCloud& moving, const OrientedCloud& fixed) {
   const double slack = 0.01 * std::max({a.max.x - a.min.x, a.max.y - a.min.y, a.max.z - a.min.z});
   const bool apart =
       a.min.x > b.max.x + slack || b.min.x > a.max.x + slack || a.min.y > b.max.y + slack || b.min.y > a.max.y + slack;
-  if (apart) throw OverlapError("the scans do not overlap at the start: give --start, or let --coarse look for one");
+  if (apart) throw OverlapError("the scans do not overlap at the start: give @start, or let @coarse look for one");
 }
 
 Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const MatchOptions& options,

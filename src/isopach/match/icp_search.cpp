@@ -121,7 +121,7 @@ class Search {
     if (state_.share < least_share || state_.links.size() < least_links)
       throw OverlapError(fmt::format(
           "the scans do not overlap here: {} of {:.0f} points of MOVING have a partner in FIXED that passes "
-          "the rejections; give --start, ask for --coarse, or loosen --reject-distance",
+          "the rejections; give @start, ask for @coarse, or loosen @reject-distance",
           state_.links.size(), asked));
     if (!icp_.symmetric) {
       state_.information = pair_information(state_.links, plane_);
@@ -154,7 +154,7 @@ class Search {
     std::vector<Motion> passed{state_.motion};
     std::vector<double> steps;
     state_.converged = false;
-    state_.reason = fmt::format("stopped after {} iterations (--max-iterations)", o_.max_iterations);
+    state_.reason = fmt::format("stopped after {} iterations (@max-iterations)", o_.max_iterations);
     while (state_.iterations < o_.max_iterations) {
       context_.check();
       const double error = state_.information.error, radius = state_.information.radius;

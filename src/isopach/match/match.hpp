@@ -22,7 +22,7 @@ namespace isopach {
 /// only_slides() of the verdict of a matching, if it has one: the warning that the verdict left stays.
 [[nodiscard]] bool slides_alone(const Matching& m);
 
-/// require_trust() of the verdict of a matching, if it has one. `option`: how the message begins, e.g. "--match".
+/// require_trust() of the verdict of a matching, if it has one. `option`: how the message begins, e.g. "@match".
 void require_trust(const Matching& m, const std::string& option);
 
 }  // namespace isopach

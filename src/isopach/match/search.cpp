@@ -372,7 +372,7 @@ class Search {
         if (!levels_.is_finest(k)) continue;
         throw OverlapError(
             "the scans do not overlap at the start: check their coordinate systems, give a start with "
-            "--start, or let one be found with --coarse");
+            "@start, or let one be found with @coarse");
       }
       if (!levels_.is_finest(k) || k == 0) settle(residuals, s, false, 20, 3, 1e-4 * extent_);
       if (levels_.is_finest(k)) {
@@ -439,7 +439,7 @@ class Search {
         : s.within_noise
             ? fmt::format("the next step, {:.1e} of the extent, is nothing beside the noise", last / extent_)
         : result_.converged ? fmt::format("the last step moved the scan by {:.1e} of its extent", last / extent_)
-                            : fmt::format("stopped after {} steps (--max-iterations)", s.accepted - before);
+                            : fmt::format("stopped after {} steps (@max-iterations)", s.accepted - before);
     s.refresh();
     result_.overlap = s.at.sums.area > 0 ? s.at.sums.within / s.at.sums.area : 0;
     name_weak({s.at.sums.h, {}});

@@ -148,14 +148,14 @@ void require_trust(const Verdict& v, const std::string& unit, const std::string&
   if (v.trusted() || v.accepted) return;
   const bool nothing = v.grade == Grade::doubted && v.nothing_in_view();
   std::string remedy = "give a start nearby";
-  const bool has_freedom = option == "--match" || option == "match";  // the other verbs search all motions
+  const bool has_freedom = option == "@match" || option == "match";  // the other verbs search all motions
   if (v.grade == Grade::undetermined)
-    remedy = std::string(has_freedom ? "search fewer motions (--freedom), or " : "") + "scan more of what surrounds it";
+    remedy = std::string(has_freedom ? "search fewer motions (@freedom), or " : "") + "scan more of what surrounds it";
   if (v.grade == Grade::rival) remedy = "only a start that you know decides";
   if (v.grade == Grade::doubted && !v.freed) remedy += ", or free all motions";
   throw Error(
       nothing ? ExitCode::no_overlap : ExitCode::not_converged,
-      fmt::format("{}: the pose is {}: {}, or take it as it is by --accept-doubt", option, sentence(v, unit), remedy));
+      fmt::format("{}: the pose is {}: {}, or take it as it is by @accept-doubt", option, sentence(v, unit), remedy));
 }
 
 }  // namespace isopach

@@ -73,7 +73,7 @@ struct Verdict {
 [[nodiscard]] std::string sentence(const Verdict& v, const std::string& unit);
 
 /// Throws where the pose is neither trusted nor accepted: OverlapError (exit 4) where nothing is in view, else exit 5;
-/// one line that says what to do. `option` is how the message begins, e.g. "--match".
+/// one line that says what to do. `option` is how the message begins, e.g. "@match".
 void require_trust(const Verdict& v, const std::string& unit, const std::string& option);
 
 }  // namespace isopach

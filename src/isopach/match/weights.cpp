@@ -19,7 +19,7 @@ double checked(double value, const std::string& what) {
   if (std::isnan(value)) return 0;
   if (value < 0 || std::isinf(value))
     throw InputError(
-        fmt::format("--weight: {} is {} at a point of FIXED: weights are finite and 0 or more", what, value));
+        fmt::format("@weight: {} is {} at a point of FIXED: weights are finite and 0 or more", what, value));
   return value;
 }
 
@@ -42,7 +42,7 @@ Array<double> by_formula(const WeightSource& weight, const Frame& frame, const M
 Array<double> by_raster(const WeightSource& weight, const Frame& frame, const MatchSurface& s) {
   if (frame.rotation != std::array<double, 9>{1, 0, 0, 0, 1, 0, 0, 0, 1})
     throw UsageError(
-        "--weight: a raster is in x and y, so it goes with --direction z alone: leave the direction, or "
+        "@weight: a raster is in x and y, so it goes with @direction z alone: leave the direction, or "
         "give a formula");
   Array<double> values(s.xy.size());
   for (std::size_t i = 0; i < values.size(); ++i)
@@ -52,7 +52,7 @@ Array<double> by_raster(const WeightSource& weight, const Frame& frame, const Ma
 
 void give(MatchSurface& s, Array<double> values, const std::string& name) {
   if (std::all_of(values.begin(), values.end(), [](double v) { return v == 0; }))
-    throw InputError("--weight: " + name + " is 0 at every point: nothing is left to match");
+    throw InputError("@weight: " + name + " is 0 at every point: nothing is left to match");
   weigh(s, std::move(values));
 }
 
@@ -74,7 +74,7 @@ void apply_weight(const Cloud& moving, const Cloud& fixed, const HeightField& mo
     give(fixed_surface, stages::attribute_of_nodes(fixed, *of_fixed, fixed_field, "FIXED"), w.text);
   } else {
     throw InputError(
-        fmt::format("--weight: no scan that it may belong to has an attribute '{}': `isopach info` lists "
+        fmt::format("@weight: no scan that it may belong to has an attribute '{}': `isopach info` lists "
                     "those they have",
                     w.text));
   }

@@ -165,10 +165,10 @@ double excess(const Currents& c, double error) {
 
 void check(const CurrentsOptions& options) {
   if (!(options.sigma > 0 && options.sigma < 1e100))
-    throw UsageError(fmt::format("--sigma: {} is no width, give a length above 0", options.sigma));
+    throw UsageError(fmt::format("@sigma: {} is no width, give a length above 0", options.sigma));
   if (!(options.error >= 1e-11 && options.error < 1))
-    throw UsageError(fmt::format("--currents-error: {} is out of range, give a relative error from 1e-11 to below 1",
-                                 options.error));
+    throw UsageError(
+        fmt::format("@currents-error: {} is out of range, give a relative error from 1e-11 to below 1", options.error));
 }
 
 Currents currents(const Current& a, const Current& b, const CurrentsOptions& options, const Context& context) {

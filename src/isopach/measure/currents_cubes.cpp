@@ -61,7 +61,7 @@ void check_range(const Sources& s, double sigma, double side) {
       },
       [](double& most, double part) { most = std::max(most, part); });
   if (!(farthest / side < most_cubes))
-    throw UsageError(fmt::format("--sigma: {} is too narrow beside coordinates of {:.3g}: give {:.1g} or more", sigma,
+    throw UsageError(fmt::format("@sigma: {} is too narrow beside coordinates of {:.3g}: give {:.1g} or more", sigma,
                                  farthest, farthest / most_cubes));
 }
 

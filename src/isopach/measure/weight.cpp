@@ -261,14 +261,14 @@ Totals sum_block(const Source& source, Integrate& integrate, std::size_t begin, 
   switch (r.why) {
     case Refusal::Why::negative:
       throw UsageError(
-          fmt::format("--weight: {} is {:.6g} {}: weights are 0 or more, e.g. max(0, ...)", name, r.value, place));
+          fmt::format("@weight: {} is {:.6g} {}: weights are 0 or more, e.g. max(0, ...)", name, r.value, place));
     case Refusal::Why::not_finite:
-      throw UsageError(fmt::format("--weight: {} has no finite value {}: give one that has everywhere", name, place));
+      throw UsageError(fmt::format("@weight: {} has no finite value {}: give one that has everywhere", name, place));
     case Refusal::Why::no_data:
       break;
   }
-  throw InputError(fmt::format("--weight: {} has no value {}: it must cover the whole domain; fill its gaps, or --crop",
-                               name, place));
+  throw InputError(
+      fmt::format("@weight: {} has no value {}: it must cover the whole domain; fill its gaps, or @crop", name, place));
 }
 
 Totals combined(const std::vector<Totals>& blocks) {

@@ -98,7 +98,7 @@ OverlaySurface Overlay::surface(const Context& context) const {
   std::size_t total = nodes;
   for (const Block& b : blocks) total += b.crossings.size();
   if (total > no_index / 2)
-    throw InputError("the overlay of the scans has too many corners to be written: leave it out with --no-cells");
+    throw InputError("the overlay of the scans has too many corners to be written: leave it out with @no-cells");
   OverlaySurface s;
   s.xy.resize(total), s.z1.resize(total), s.z2.resize(total);
   const auto put_nodes = [&](const OverlayMesh& m, std::size_t first, bool is_second) {

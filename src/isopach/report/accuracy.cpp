@@ -47,12 +47,12 @@ Json alignment_json(const Accuracy& a) {
   const bool matched = a.matching.has_value();
   out["iterations"] = matched ? Json(a.matching->iterations) : Json(nullptr);
   out["converged"] = matched ? Json(a.matching->converged) : Json(nullptr);
-  out["reason"] = matched ? Json(a.matching->reason) : Json(nullptr);
+  out["reason"] = matched ? message(a.matching->reason) : Json(nullptr);
   out["overlap"] = matched ? real(a.matching->overlap) : Json(nullptr);
   out["nominal"] = matched ? Json(a.matching->nominal_fixed) : Json(nullptr);
   out["verdict"] = matched ? verdict_json(a.matching->verdict, a.unit) : Json(nullptr);
   out["rho_before"] = matched ? real(a.matching->before.rho) : Json(nullptr);
-  out["weak_directions"] = matched ? Json(a.matching->weak_directions) : Json::array();
+  out["weak_directions"] = matched ? messages(a.matching->weak_directions) : Json::array();
   return out;
 }
 
@@ -285,7 +285,7 @@ std::string accuracy_json(const Accuracy& a, const std::vector<AccuracyCheck>& c
                          {"within", a.completeness.within ? real(*a.completeness.within) : Json(nullptr)}}},
                        {"verdict", verdict_json(checks)},
                        {"outputs", outputs},
-                       {"warnings", a.warnings},
+                       {"warnings", messages(a.warnings)},
                        {"timing_s", timing(a.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -321,7 +321,7 @@ std::string accuracy_text(const Accuracy& a, const std::vector<AccuracyCheck>& c
                        : ""));
   line(out, "alignment",
        a.matching ? fmt::format("{}, scale {}: {}", to_text(a.options.align), number(a.scale, plain_signs, 8),
-                                a.matching->reason)
+                                message_text(a.matching->reason))
                   : std::string("none"));
   for (const AccuracyCheck& check : checks)
     line(out, check.passed ? "passed" : "NOT passed",
@@ -329,7 +329,7 @@ std::string accuracy_text(const Accuracy& a, const std::vector<AccuracyCheck>& c
                      n(check.limit.limit)));
   if (a.unit == "unknown" || a.unit.empty()) line(out, "units", unit_sentence(a.unit));
   line(out, "time", fmt::format("{:.2f} s", a.timing.total));
-  for (const std::string& w : a.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  for (const std::string& w : a.warnings) out += "warning: " + message_text(w) + "\n";
   return out;
 }
 

@@ -112,7 +112,7 @@ Image render_agreement(const Cloud& moving, const Matching& m, const Frame& fram
   const Canvas::Font title{31 * s, true, ink}, strong{21.5 * s, false, ink}, soft{16 * s, false, faint};
   Canvas ruler(8, 8, paper);
   const std::vector<std::string> lines =
-      m.verdict ? wrapped(ruler, sentence(*m.verdict, unit_text(m.unit)), strong, width - 2 * margin)
+      m.verdict ? wrapped(ruler, message_text(sentence(*m.verdict, unit_text(m.unit))), strong, width - 2 * margin)
                 : std::vector<std::string>{};
   const double top = (80 + 30 * static_cast<double>(lines.size())) * s;
   Canvas canvas(width, static_cast<int>(std::lround(top + panel.rows + 136 * s)), paper);

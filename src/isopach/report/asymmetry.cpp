@@ -338,9 +338,12 @@ std::string asymmetry_json(const Asymmetry& a, const std::vector<std::string>& o
       {"difference", difference_json(a)},
       {"domain", {{"area", real(c.domain_area)}, {"area_union", real(c.area_union)}, {"coverage", real(c.coverage)}}},
       {"fit",
-       {{"iterations", a.iterations}, {"converged", a.converged}, {"reason", a.reason}, {"overlap", real(a.overlap)}}},
+       {{"iterations", a.iterations},
+        {"converged", a.converged},
+        {"reason", message(a.reason)},
+        {"overlap", real(a.overlap)}}},
       {"outputs", outputs},
-      {"warnings", a.warnings},
+      {"warnings", messages(a.warnings)},
       {"timing_s", timing(a.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -381,7 +384,7 @@ std::string asymmetry_text(const Asymmetry& a) {
   line(out, "", fmt::format("in {}, {}", unit, volume));
   if (a.unit == "unknown" || a.unit.empty()) line(out, "units", unit_sentence(a.unit));
   line(out, "time", fmt::format("{:.2f} s", a.timing.total));
-  for (const std::string& w : a.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  for (const std::string& w : a.warnings) out += "warning: " + message_text(w) + "\n";
   return out;
 }
 

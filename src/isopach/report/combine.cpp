@@ -177,7 +177,7 @@ std::string combine_json(const Combination& c, const std::vector<std::string>& o
         {"sigma_farthest", real(c.sigma_farthest)}}},
       {"parts", counts},
       {"outputs", outputs},
-      {"warnings", c.warnings},
+      {"warnings", messages(c.warnings)},
       {"timing_s", timing(c.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -198,7 +198,7 @@ std::string combine_text(const Combination& c) {
          fmt::format("{:>20.15g} {:>20.15g} {:>20.15g} {:>20.15g}", c.face_jaw.m[4 * i], c.face_jaw.m[4 * i + 1],
                      c.face_jaw.m[4 * i + 2], c.face_jaw.m[4 * i + 3]));
   line(out, "time", fmt::format("{:.2f} s", c.timing.total));
-  for (const std::string& w : c.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  for (const std::string& w : c.warnings) out += "warning: " + message_text(w) + "\n";
   return out;
 }
 

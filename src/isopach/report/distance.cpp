@@ -194,7 +194,7 @@ std::string distance_json(const Distances& d, const std::vector<std::string>& ou
                        {"hausdorff", hausdorff_json(d.hausdorff)},
                        {"m3c2", m3c2_json(d.m3c2)},
                        {"outputs", outputs},
-                       {"warnings", d.warnings},
+                       {"warnings", messages(d.warnings)},
                        {"timing_s", timing(d.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -211,7 +211,7 @@ std::string distance_text(const Distances& d) {
   if (d.m3c2) add_m3c2(s, *d.m3c2);
   if (d.unit == "unknown" || d.unit.empty()) s.line("units", unit_sentence(d.unit));
   s.line("time", fmt::format("{:.2f} s", d.timing.total));
-  for (const std::string& w : d.warnings) s.free_line("warning: " + clean_utf8(w));
+  for (const std::string& w : d.warnings) s.free_line("warning: " + message_text(w));
   return s.str();
 }
 

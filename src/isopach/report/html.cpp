@@ -79,8 +79,8 @@ class Page : public HtmlPage {
     if (matched_ != nullptr) {
       out_ += "<p class=\"lead\">" + escaped(moved_sentence(*matched_, "B", fine)) + ".</p>\n";
       if (matched_->verdict)
-        out_ += "<p>The pose is <strong>" + escaped(sentence(*matched_->verdict, unit_text(matched_->unit))) +
-                "</strong>.</p>\n";
+        out_ += "<p>The pose is <strong>" +
+                escaped(message_text(sentence(*matched_->verdict, unit_text(matched_->unit)))) + "</strong>.</p>\n";
     }
     if (c_.uncertainty.sigma)
       out_ += "<p class=\"lead\">" + as_sentence(uncertainty_sentences(c_, quantities()).front()) + "</p>\n";
@@ -349,7 +349,7 @@ class Page : public HtmlPage {
       const std::string plane = at(in + "unit").get<std::string>(), up = at(in + "vertical_unit").get<std::string>();
       if (!c_.options.unit.empty()) {
         const std::string named = plane == "unknown" ? "none" : escaped(unit_text(plane));
-        return escaped(unit_text(c_.unit)) + " (as --unit says; in the file: " + named + ")";
+        return escaped(unit_text(c_.unit)) + message_text(" (as @unit says; in the file: ") + named + ")";
       }
       return escaped(unit_sentence(plane)) + (up == plane ? "" : "; heights: " + escaped(unit_sentence(up)));
     });

@@ -325,7 +325,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
         {"sliver_volume", real(c.sliver_volume)}}},
       {"folds", folds(c)},
       {"outputs", outputs},
-      {"warnings", c.warnings},
+      {"warnings", messages(c.warnings)},
       {"timing_s", timing_json(c.timing)}};
   // File names may hold any bytes; JSON is UTF-8.
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";

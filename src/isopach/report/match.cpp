@@ -155,7 +155,7 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"pose", pose_json(m)},
       {"iterations", m.iterations},
       {"converged", m.converged},
-      {"reason", m.reason},
+      {"reason", message(m.reason)},
       {"history", history},
       {"before", fit_json(m.before)},
       {"after", fit_json(m.after)},
@@ -166,9 +166,9 @@ std::string match_json(const Matching& m, const std::vector<std::string>& output
       {"covariance", precision_is_told(m) ? covariance(m.covariance) : Json(nullptr)},
       {"undetermined", undetermined_json(m)},
       {"centre", point(m.centre)},
-      {"weak_directions", m.weak_directions},
+      {"weak_directions", messages(m.weak_directions)},
       {"outputs", outputs},
-      {"warnings", m.warnings},
+      {"warnings", messages(m.warnings)},
       {"timing_s", timing(m.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -180,7 +180,7 @@ std::string match_text(const Matching& m) {
     out += fmt::format(": mean |d| (rho) {} {}, before {} {}", number(m.after.rho, plain), unit,
                        number(m.before.rho, plain), unit);
   out += "\n";
-  if (m.verdict) line(out, "verdict", sentence(*m.verdict, unit));
+  if (m.verdict) line(out, "verdict", message_text(sentence(*m.verdict, unit)));
   for (const InputSummary* in : {&m.moving, &m.fixed})
     line(out, in->role.c_str(), fmt::format("{}: {} points", input_name(*in), count(in->points, plain)));
   if (m.options.judge) {
@@ -209,14 +209,15 @@ std::string match_text(const Matching& m) {
              "{}: the points of the other lie on its facets, so these are the surface, and its corners no points",
              input_name(m.nominal_moving ? m.moving : m.fixed)));
   line(out, "search",
-       fmt::format("{} steps, {}: {}", m.iterations, m.converged ? "converged" : "NOT converged", m.reason));
+       fmt::format("{} steps, {}: {}", m.iterations, m.converged ? "converged" : "NOT converged",
+                   message_text(m.reason)));
   for (std::size_t i = 0; i < 4; ++i)
     line(out, i == 0 ? "pose" : "",
          fmt::format("{:>20.15g} {:>20.15g} {:>20.15g} {:>20.15g}", m.pose.m[4 * i], m.pose.m[4 * i + 1],
                      m.pose.m[4 * i + 2], m.pose.m[4 * i + 3]));
   if (m.unit == "unknown" || m.unit.empty()) line(out, "units", unit_sentence(m.unit));
   line(out, "time", fmt::format("{:.2f} s", m.timing.total));
-  for (const std::string& w : m.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  for (const std::string& w : m.warnings) out += "warning: " + message_text(w) + "\n";
   return out;
 }
 

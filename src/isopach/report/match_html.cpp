@@ -43,8 +43,8 @@ class MatchPage : HtmlPage {
  private:
   void verdict() {
     if (m_.verdict)
-      out_ += "<p class=\"lead\">The pose is <strong>" + escaped(sentence(*m_.verdict, unit_text(m_.unit))) +
-              "</strong>.</p>\n";
+      out_ += "<p class=\"lead\">The pose is <strong>" +
+              escaped(message_text(sentence(*m_.verdict, unit_text(m_.unit)))) + "</strong>.</p>\n";
   }
 
   void lead() {
@@ -54,7 +54,7 @@ class MatchPage : HtmlPage {
       out_ += " and takes the mean distance of the surfaces, |d| by area, from " + plain("before.rho") + " to " +
               plain("after.rho") + " " + unit_;
     out_ += m_.converged ? ". The search converged: " : ". <strong>The search did not converge</strong>: ";
-    out_ += escaped(m_.reason) + ".</p>\n";
+    out_ += escaped(message_text(m_.reason)) + ".</p>\n";
     if (m_.unit == "unknown" || m_.unit.empty())
       out_ += "<p class=\"soft\">" + escaped(unit_sentence(m_.unit)) + "</p>\n";
   }
@@ -177,7 +177,7 @@ class MatchPage : HtmlPage {
         "<p class=\"soft\">" + correlation() +
         " They come from the residuals as they are, patch by patch; what the sampling of one scan misses everywhere in "
         "the same way is not in them.</p>\n";
-    for (const std::string& weak : m_.weak_directions) out_ += "<p>" + escaped(weak) + ".</p>\n";
+    for (const std::string& weak : m_.weak_directions) out_ += "<p>" + escaped(message_text(weak)) + ".</p>\n";
   }
 
   // What a standard deviation means.

@@ -67,7 +67,7 @@ Palette::Palette(const std::string& name, bool flip) {
   if (pair == hue_pairs.end()) {
     std::string known;
     for (const std::string& p : palettes()) known += (known.empty() ? "" : ", ") + p;
-    throw UsageError("--palette " + name + ": unknown; use one of " + known);
+    throw UsageError("@palette " + name + ": unknown; use one of " + known);
   }
   const double above = flip ? pair->second_degrees : pair->first_degrees;
   const double below = flip ? pair->first_degrees : pair->second_degrees;

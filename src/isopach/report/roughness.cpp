@@ -257,7 +257,7 @@ std::string roughness_json(const Roughness& r, const std::vector<std::string>& o
                        {"after", r.after ? texture_json(r, *r.after) : Json(nullptr)},
                        {"change", change_json(r)},
                        {"outputs", outputs},
-                       {"warnings", r.warnings},
+                       {"warnings", messages(r.warnings)},
                        {"timing_s", timing(r.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -271,7 +271,7 @@ std::string roughness_text(const Roughness& r) {
   s.wrinkles();
   if (r.unit == "unknown" || r.unit.empty()) s.line("units", unit_sentence(r.unit));
   s.line("time", fmt::format("{:.2f} s", r.timing.total));
-  for (const std::string& w : r.warnings) s.free_line("warning: " + clean_utf8(w));
+  for (const std::string& w : r.warnings) s.free_line("warning: " + message_text(w));
   return s.str();
 }
 

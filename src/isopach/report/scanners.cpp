@@ -161,7 +161,7 @@ std::string scanners_json(const Scanners& s, const std::vector<std::string>& out
         {"coverage", real(s.comparison.coverage)}}},
       {"detail", detail_json(s)},
       {"outputs", outputs},
-      {"warnings", s.warnings},
+      {"warnings", messages(s.warnings)},
       {"timing_s", timing(s.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -196,7 +196,7 @@ std::string scanners_text(const Scanners& s) {
                        n(d.error[1]), seen_by(d));
   if (s.unit == "unknown" || s.unit.empty()) line(out, "units", unit_sentence(s.unit));
   line(out, "time", fmt::format("{:.2f} s", s.timing.total));
-  for (const std::string& w : s.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  for (const std::string& w : s.warnings) out += "warning: " + message_text(w) + "\n";
   return out;
 }
 

@@ -30,7 +30,7 @@ Json frame_json(const FrameMotion& f) {
              {"slide", real(f.screw->slide)}};
   return {{"index", f.index},
           {"name", f.name},
-          {"skipped", used ? Json(nullptr) : Json(f.skipped)},
+          {"skipped", used ? Json(nullptr) : message(f.skipped)},
           {"time", real(f.time)},
           {"points", f.points},
           {"head", if_used(matrix(f.head))},
@@ -109,7 +109,7 @@ std::string sequence_json(const SequenceResult& r, const std::vector<std::string
                        {"farthest", real(r.farthest)},
                        {"frames", frames},
                        {"outputs", outputs},
-                       {"warnings", r.warnings},
+                       {"warnings", messages(r.warnings)},
                        {"timing_s", timing(r.timing)}};
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }
@@ -144,7 +144,7 @@ std::string sequence_text(const SequenceResult& r) {
   line(
       out, "time",
       fmt::format("{:.2f} s, {:.3f} s a frame", r.timing.total, r.timing.total / static_cast<double>(r.frames.size())));
-  for (const std::string& w : r.warnings) out += "warning: " + clean_utf8(w) + "\n";
+  for (const std::string& w : r.warnings) out += "warning: " + message_text(w) + "\n";
   return out;
 }
 

@@ -264,7 +264,8 @@ class SequencePage : HtmlPage {
       const std::string key = fmt::format("frames.{}.", k);
       out_ += "<tr><th scope=\"row\">" + escaped(r_.frames[k].name) + "</th>";
       if (!r_.frames[k].skipped.empty()) {
-        out_ += "<td class=\"wrap\" colspan=\"6\">skipped: " + escaped(r_.frames[k].skipped) + "</td></tr>\n";
+        out_ +=
+            "<td class=\"wrap\" colspan=\"6\">skipped: " + escaped(message_text(r_.frames[k].skipped)) + "</td></tr>\n";
         continue;
       }
       for (const char* name :

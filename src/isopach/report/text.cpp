@@ -115,7 +115,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
               (matched != nullptr ? " " + moved_briefly(*matched, "B", plain) + " first." : ""));
   if (matched != nullptr) {
     s.line("moved", moved_sentence(*matched, "B", plain));
-    if (matched->verdict) s.line("verdict", sentence(*matched->verdict, unit_text(matched->unit)));
+    if (matched->verdict) s.line("verdict", message_text(sentence(*matched->verdict, unit_text(matched->unit))));
   }
   add_input(s, c.a);
   add_input(s, c.b);
@@ -165,7 +165,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   if (truth) add_truth(s, *truth, c);
   if (c.unit == "unknown" || c.unit.empty()) s.line("units", unit_sentence(c.unit));
   s.line("time", fmt::format("{:.2f} s, {} triangles", c.timing.total, count(c.common, plain)));
-  for (const std::string& w : c.warnings) s.free_line("warning: " + clean_utf8(w));
+  for (const std::string& w : c.warnings) s.free_line("warning: " + message_text(w));
   return s.str();
 }
 

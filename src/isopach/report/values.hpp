@@ -5,7 +5,9 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "isopach/base/option_key.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/geom/rigid.hpp"
 
@@ -20,6 +22,14 @@ using Json = nlohmann::ordered_json;
 /// null for what is not known or was not given.
 [[nodiscard]] inline Json text_or_null(const std::string& text) { return text.empty() ? Json(nullptr) : Json(text); }
 [[nodiscard]] inline Json point(const Point3& p) { return Json::array({real(p.x), real(p.y), real(p.z)}); }
+
+/// A message of the library, with options spelled as at a command line; message_text of words.hpp is its other half.
+[[nodiscard]] inline Json message(const std::string& text) { return for_shell(text); }
+[[nodiscard]] inline Json messages(const std::vector<std::string>& list) {
+  Json out = Json::array();
+  for (const std::string& text : list) out.push_back(message(text));
+  return out;
+}
 
 /// Four rows of four.
 [[nodiscard]] inline Json matrix(const Pose& pose) {

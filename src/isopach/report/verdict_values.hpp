@@ -20,7 +20,7 @@ namespace isopach::values {
              {"degrees", real(v.rival->degrees)},
              {"shift", real(v.rival->shift)}};
   return {{"grade", to_text(v.grade)},
-          {"sentence", sentence(v, unit_text(unit))},
+          {"sentence", message(sentence(v, unit_text(unit)))},
           {"accepted", v.accepted},
           {"stage", v.stage == Verdict::Stage::start ? "start" : "coarse"},
           {"agree", real(e.agree)},

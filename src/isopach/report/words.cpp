@@ -6,6 +6,8 @@
 
 #include <fmt/format.h>
 
+#include "isopach/base/option_key.hpp"
+
 namespace isopach {
 namespace {
 
@@ -160,6 +162,8 @@ std::string clean_utf8(std::string_view text) {
   }
   return out;
 }
+
+std::string message_text(const std::string& message) { return clean_utf8(for_shell(message)); }
 
 std::string input_name(const InputSummary& input) {
   const std::string name = input.path.substr(input.path.find_last_of("/\\") + 1);

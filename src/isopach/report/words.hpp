@@ -52,6 +52,10 @@ enum class Typography { plain, fine };
 /// `text` with every byte that is not part of valid UTF-8, and every control character, replaced by U+FFFD.
 [[nodiscard]] std::string clean_utf8(std::string_view text);
 
+/// A message of the library (a warning, a reason, a verdict) as texts, pages and pictures show it: with options spelled
+/// as at a command line (base/option_key.hpp), and clean_utf8. In JSON: values::message and values::messages.
+[[nodiscard]] std::string message_text(const std::string& message);
+
 /// All percentiles of |d| in ascending order of their levels, each level once.
 [[nodiscard]] std::vector<Percentile> all_percentiles(const DifferenceStatistics& d);
 
