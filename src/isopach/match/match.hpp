@@ -1,7 +1,7 @@
 // match(moving, fixed, options): the rigid pose of MOVING that minimises the chosen objective.
 #pragma once
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
@@ -14,7 +14,7 @@ namespace isopach {
 /// not overlap at the start, and all rigid motions are free, a coarse search looks for another place: by icp-plane from
 /// there, and by the objective from there unless the verdict falls; the better of the two poses stands. Where a coarse
 /// search ran, a trusted pose is set beside the other places it found (Grade::rival).
-[[nodiscard]] Matching match(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
+[[nodiscard]] Matching match(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
                              const Context& context);
 
 /// only_slides() of the verdict of a matching, if it has one: the warning that the verdict left stays.
