@@ -217,7 +217,8 @@ int run_distance(const Arguments& arguments) {
   if (!request.core_points.empty()) cores = read_cloud(request.core_points, ReadOptions{}, run.context());
   const double read_s = watch.lap();
   const bool own_cores = !request.core_points.empty();
-  Distances d = distance(a, b, own_cores ? std::optional<CloudView>(cores) : std::nullopt, request.options, run.context());
+  Distances d =
+      distance(a, b, own_cores ? std::optional<CloudView>(cores) : std::nullopt, request.options, run.context());
   deliver(d, a, b, request, folder.get(), read_s, run);
   return 0;
 }

@@ -73,8 +73,8 @@ TEST(Roughness, FormIsRemovedWithoutTouchingTheRest) {
     o.l_filter = l;
     const Roughness without = roughness(stretched(patch(5000, 1, relief)), std::nullopt, std::nullopt, o, {});
     const Roughness with =
-        roughness(stretched(patch(5000, 1, [&](double x, double y) { return form(x, y) + relief(x, y); })), std::nullopt,
-                  std::nullopt, o, {});
+        roughness(stretched(patch(5000, 1, [&](double x, double y) { return form(x, y) + relief(x, y); })),
+                  std::nullopt, std::nullopt, o, {});
     const auto& a = without.scan.fields[1].values;
     const auto& b = with.scan.fields[1].values;
     ASSERT_EQ(without.scan.fields[1].name, "roughness");

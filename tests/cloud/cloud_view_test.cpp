@@ -13,6 +13,8 @@
 #include <utility>
 #include <vector>
 
+#include "isopach/base/error.hpp"
+
 namespace isopach {
 namespace {
 
@@ -144,6 +146,19 @@ TEST(CloudView, OfACloudRefersToItsArraysAndHasItsWords) {
   EXPECT_TRUE(own.grid.has_value());
   EXPECT_EQ(own.nodata, cloud.nodata);
   EXPECT_EQ(own.notes, cloud.notes);
+}
+
+TEST(CloudView, RefusesAttributesOfAnotherLengthAndFacesWithoutTheirPoints) {
+  const std::vector<double> rows = table();
+  CloudView view{PointsView(rows.data(), n, width)};
+  view.attributes = {{"short", {rows.data(), n - 1, width}}, {"right", {rows.data(), n, width}}};
+  EXPECT_NE(view.find_attribute("right"), nullptr);
+  EXPECT_THROW((void)view.find_attribute("short"), InputError);
+  std::vector<std::array<Index, 3>> faces{{0, 1, 2}, {4, 5, 6}};
+  view.faces = faces;
+  EXPECT_NO_THROW(check_faces(view));
+  faces[1][2] = n;
+  EXPECT_THROW(check_faces(view), InputError);
 }
 
 TEST(CloudView, OfATemporaryCloudOwnsIt) {

@@ -28,7 +28,8 @@ double footprint_area(const CloudView& reference, const Frame& frame, const Comp
       .footprint.area;
 }
 
-void describe_completeness(const CloudView& reference, const CellView& along_normal, Accuracy& a, const Context& context) {
+void describe_completeness(const CloudView& reference, const CellView& along_normal, Accuracy& a,
+                           const Context& context) {
   const Comparison& c = a.comparison;
   Completeness& k = a.completeness;
   k.reference_area = footprint_area(reference, c.frame, c.options, context);

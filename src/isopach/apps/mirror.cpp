@@ -136,7 +136,8 @@ double size_of(const CloudView& cloud) {
   return box.empty() ? 0 : std::hypot(box.max.x - box.min.x, box.max.y - box.min.y);
 }
 
-std::string unit_in_space(const CloudView& description, const CompareOptions& options, std::vector<std::string>& warnings) {
+std::string unit_in_space(const CloudView& description, const CompareOptions& options,
+                          std::vector<std::string>& warnings) {
   Comparison units;  // what compare says of units and CRS holds here too
   units.options.unit = options.unit;
   units.options.allow_crs = options.allow_crs;

@@ -103,8 +103,7 @@ Roughness run(const CloudView& scan, const std::optional<CloudView>& after, cons
 
   clock.start("frame");
   const Pose& pose = r.options.compare.pose;
-  r.frame = choose_frame(scan, after ? *after : scan, after ? pose : Pose{},
-                         options.compare.project, context);
+  r.frame = choose_frame(scan, after ? *after : scan, after ? pose : Pose{}, options.compare.project, context);
   std::optional<MatchSurface> form;
   if (reference) {
     form = reference_surface(*reference, r.reference_pose, r.frame, r.options, context);
@@ -127,7 +126,8 @@ Roughness run(const CloudView& scan, const std::optional<CloudView>& after, cons
 }  // namespace
 
 Roughness roughness(const CloudView& scan, const std::optional<CloudView>& after,
-                    const std::optional<CloudView>& reference, const RoughnessOptions& options, const Context& context) {
+                    const std::optional<CloudView>& reference, const RoughnessOptions& options,
+                    const Context& context) {
   Roughness result;
   run_with_threads(context.threads, [&] { result = run(scan, after, reference, options, context); });
   return result;

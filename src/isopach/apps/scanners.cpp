@@ -38,8 +38,8 @@ void add_new(std::vector<std::string>& all, const std::vector<std::string>& more
 }
 
 /// One scan against the reference; the heights of the scan at the points of the reference, NaN where there are none.
-Scanner against(const CloudView& scan, const CloudView& reference, const ScannersOptions& o, Array<double>& at_reference,
-                Scanners& all, const Context& context) {
+Scanner against(const CloudView& scan, const CloudView& reference, const ScannersOptions& o,
+                Array<double>& at_reference, Scanners& all, const Context& context) {
   Scanner s;
   s.pose = o.match.start;
   if (o.align) {

@@ -33,8 +33,8 @@ void keep_faces(Cloud& cloud, const Array<Index>& now) {
 
 }  // namespace
 
-Array<unsigned char> hidden_points(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
-                                   const Context& context) {
+Array<unsigned char> hidden_points(const CloudView& cloud, const Pose& pose, const Frame& frame,
+                                   const HeightField& field, const Context& context) {
   if (cloud.faces.empty())
     throw UsageError("--visible: " + name_of(cloud) +
                      " has no faces that could hide a point: leave the option out, or give a mesh");

@@ -3,9 +3,17 @@
 #include <algorithm>
 #include <utility>
 
+#include <fmt/format.h>
+
+#include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
 
 namespace isopach {
+namespace {
+
+std::string name_of(const CloudView& view) { return view.path.empty() ? "point cloud" : view.path; }
+
+}  // namespace
 
 Array<Point3> PointsView::copy() const {
   Array<Point3> own(size_);
@@ -40,7 +48,19 @@ CloudView::CloudView(std::shared_ptr<const Cloud> cloud) : CloudView(*cloud) { o
 
 const AttributeView* CloudView::find_attribute(std::string_view name) const {
   const auto found = std::find_if(attributes.begin(), attributes.end(), [&](const auto& a) { return a.name == name; });
-  return found == attributes.end() ? nullptr : &*found;
+  if (found == attributes.end()) return nullptr;
+  if (found->values.size() != points.size())
+    throw InputError(fmt::format("{}: attribute '{}' has {} values for {} points: give one for each point",
+                                 name_of(*this), name, found->values.size(), points.size()));
+  return &*found;
+}
+
+void check_faces(const CloudView& view) {
+  for (std::size_t i = 0; i < view.faces.size(); ++i)
+    for (const Index corner : view.faces[i])
+      if (corner >= view.points.size())
+        throw InputError(fmt::format("{}: face {} has point {} as a corner, but there are only {} points, from 0 on",
+                                     name_of(view), i, corner, view.points.size()));
 }
 
 Cloud copy_of(const CloudView& view) {

@@ -143,9 +143,10 @@ using FacesView = std::span<const std::array<Index, 3>>;
 
 /// What a Cloud is, with points, values of attributes and faces in somebody's arrays. Words are the view's own.
 ///
-/// Shapes: n points; n values of each attribute; each face three indices below n. As of a Cloud, these are
-/// preconditions that are not checked; what is wrong with the numbers (NaN, no point left, a unit that does not fit)
-/// is refused by the functions that take the view, as of a Cloud, and with the same words.
+/// Shapes: n points; n values of each attribute; each face three indices below n. The last two are checked where an
+/// attribute or the faces are used (InputError). That the arrays are as long as the view says cannot be checked. What
+/// is wrong with the numbers (no finite point, a unit that does not fit) is refused by the functions that take the
+/// view, as of a Cloud and with the same words.
 ///
 /// Lifetime: the arrays must live, and stay as they are, as long as the view and its copies are used; no function of
 /// isopach keeps a view after it has returned, and no result refers to it. A view of a Cloud refers to it; a view of a
@@ -179,8 +180,12 @@ struct CloudView {
   /// Shares the cloud, which must not be null.
   explicit CloudView(std::shared_ptr<const Cloud> cloud);
 
+  /// Null if there is none of that name. InputError if it has more or fewer values than there are points.
   [[nodiscard]] const AttributeView* find_attribute(std::string_view name) const;
 };
+
+/// InputError if a face has a corner that is no point. Cost: O(faces).
+void check_faces(const CloudView& view);
 
 /// A cloud with arrays of its own. Cost: a copy of everything.
 [[nodiscard]] Cloud copy_of(const CloudView& view);

@@ -60,8 +60,8 @@ Comparison begin(const CloudView& cloud_a, const CloudView& cloud_b, const Compa
   return c;
 }
 
-Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const CompareOptions& options, const Context& context,
-               Pair* scans) {
+Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const CompareOptions& options,
+               const Context& context, Pair* scans) {
   Comparison c = begin(cloud_a, cloud_b, options);
   stages::Clock clock(c.timing, context);
 
@@ -137,7 +137,8 @@ Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions&
   return result;
 }
 
-Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context, Pair& scans) {
+Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context,
+                   Pair& scans) {
   Comparison result;
   run_with_threads(context.threads, [&] { result = run(a, b, options, context, &scans); });
   return result;

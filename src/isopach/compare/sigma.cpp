@@ -49,8 +49,9 @@ Array<double> sigma_of_points(const CloudView& cloud, const Pose& pose, const Si
 
 }  // namespace
 
-Array<double> sigma_of_nodes(const CloudView& cloud, const Pose& pose, const HeightField& field, const SigmaSource& source,
-                             DuplicatePolicy policy, const std::string& option, const Context& context) {
+Array<double> sigma_of_nodes(const CloudView& cloud, const Pose& pose, const HeightField& field,
+                             const SigmaSource& source, DuplicatePolicy policy, const std::string& option,
+                             const Context& context) {
   context.check();
   const Array<double> of_point = sigma_of_points(cloud, pose, source, option);
   const std::size_t nodes = field.z.size();

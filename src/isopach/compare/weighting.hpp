@@ -17,8 +17,8 @@ void check_read(const WeightSource& source);
 
 /// The mean of the values of the points of each node, whatever their order. Errors, naming --weight and `file`: a value
 /// below 0 or not finite.
-[[nodiscard]] Array<double> attribute_of_nodes(const CloudView& cloud, const AttributeView& attribute, const HeightField& field,
-                                               const std::string& file);
+[[nodiscard]] Array<double> attribute_of_nodes(const CloudView& cloud, const AttributeView& attribute,
+                                               const HeightField& field, const std::string& file);
 
 /// What options.weight names, looked at before any work: the values of an attribute at the nodes of its scan, or a
 /// raster.

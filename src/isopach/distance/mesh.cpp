@@ -31,6 +31,7 @@ Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightFiel
 }
 
 Mesh mesh_of_faces(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+  check_faces(cloud);
   Mesh mesh;
   mesh.own_faces = true;
   mesh.points.resize(cloud.points.size());
@@ -58,8 +59,8 @@ ScanPoints scan_points(const CloudView& cloud, const Pose& pose, const Frame& fr
   return scan;
 }
 
-Mesh make_mesh(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field, MeshSource source,
-               const MeshBorder& border, const Context& context) {
+Mesh make_mesh(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
+               MeshSource source, const MeshBorder& border, const Context& context) {
   if (source == MeshSource::faces && cloud.faces.empty())
     throw InputError(name_of(cloud) + ": has no faces: leave out --mesh faces, or give a mesh");
   const bool own = source != MeshSource::delaunay && !cloud.faces.empty();

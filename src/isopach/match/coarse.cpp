@@ -161,8 +161,8 @@ bool is_another(const Pose& pose, const std::vector<Pose>& others, const Point3&
 
 }  // namespace
 
-std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, std::size_t most,
-                               const Context& context) {
+std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
+                               std::size_t most, const Context& context) {
   const ProjectOptions& project = options.compare.project;
   ProjectOptions uncropped = project;  // what of MOVING lies in the crop is known at the pose alone
   uncropped.crop.reset();
@@ -206,7 +206,8 @@ std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, 
   return poses;
 }
 
-Pose coarse_start(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, const Context& context) {
+Pose coarse_start(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
+                  const Context& context) {
   return coarse_poses(moving, fixed, options, 1, context).front();
 }
 

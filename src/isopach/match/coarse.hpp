@@ -16,7 +16,7 @@ namespace isopach {
 /// The best few of the poses that were tried, at most `most`, the best first, each farther than other_turn or
 /// other_shift (match/verdict.hpp) from those before it: where a surface repeats itself, the others are rivals of the
 /// first. Cost and errors as coarse_start().
-[[nodiscard]] std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
-                                             std::size_t most, const Context& context);
+[[nodiscard]] std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed,
+                                             const MatchOptions& options, std::size_t most, const Context& context);
 
 }  // namespace isopach

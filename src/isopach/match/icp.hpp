@@ -8,7 +8,7 @@ namespace isopach {
 
 /// From `start`, by options.objective (icp_point or icp_plane). Fills pose, iterations, converged, reason, history,
 /// overlap, covariance, centre, weak_directions and stable of the result; the rest is match()'s.
-[[nodiscard]] Matching icp(const CloudView& moving, const CloudView& fixed, const Pose& start, const MatchOptions& options,
-                           const Context& context);
+[[nodiscard]] Matching icp(const CloudView& moving, const CloudView& fixed, const Pose& start,
+                           const MatchOptions& options, const Context& context);
 
 }  // namespace isopach

@@ -34,7 +34,8 @@ Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.
 
 /// MOVING (as B) on FIXED (as A) where it starts: the scans as meshes, and how they lie on one another if that is
 /// asked for.
-Pair at_start(const CloudView& moving, const CloudView& fixed, Matching& m, stages::Clock& clock, const Context& context) {
+Pair at_start(const CloudView& moving, const CloudView& fixed, Matching& m, stages::Clock& clock,
+              const Context& context) {
   CompareOptions options = m.options.compare;
   options.pose = m.options.start;
   Pair pair;
@@ -69,8 +70,8 @@ Pair at_start(const CloudView& moving, const CloudView& fixed, Matching& m, stag
 /// The search by the measure, again on the facets of a scan that could be a nominal mesh: it is one if the points of
 /// the other lie on its facets where these lead to. Of two, FIXED alone: points of one of them are needed.
 template <class Search>
-SearchResult search_with_nominal(const CloudView& moving, const CloudView& fixed, MatchSurface& g, MatchSurface& f, Matching& m,
-                                 const Search& search_from, const Context& context) {
+SearchResult search_with_nominal(const CloudView& moving, const CloudView& fixed, MatchSurface& g, MatchSurface& f,
+                                 Matching& m, const Search& search_from, const Context& context) {
   SearchResult found = search_from(g, f);
   const auto shown = [&](bool of_fixed, const Motion& motion) {
     return of_fixed ? rise_shown(g, f, motion, false, context) : rise_shown(f, g, motion, true, context);
@@ -113,7 +114,8 @@ void match_surfaces(const CloudView& moving, const CloudView& fixed, Pair pair, 
 }
 
 /// The objectives of pairs of points.
-void match_points(const CloudView& moving, const CloudView& fixed, Matching& m, stages::Clock& clock, const Context& context) {
+void match_points(const CloudView& moving, const CloudView& fixed, Matching& m, stages::Clock& clock,
+                  const Context& context) {
   clock.start("search");
   Matching found = icp(moving, fixed, m.options.start, m.options, context);
   clock.stop();

@@ -91,7 +91,8 @@ void draw_key(Canvas& canvas, const Array<PointVerdict>& labels, double x, doubl
 
 }  // namespace
 
-Image render_agreement(const CloudView& moving, const Matching& m, const Frame& frame, int width, const Context& context) {
+Image render_agreement(const CloudView& moving, const Matching& m, const Frame& frame, int width,
+                       const Context& context) {
   if (width < 300 || width > 20000)
     throw UsageError("map width " + std::to_string(width) + ": must be between 300 and 20000 pixels");
   context.check();

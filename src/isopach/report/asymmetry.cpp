@@ -418,7 +418,8 @@ void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std
   write_text_atomically(path, Page(a, json, look).write(map_png));
 }
 
-void write_asymmetry_points(const std::string& path, const CloudView& face, const Asymmetry& a, const Context& context) {
+void write_asymmetry_points(const std::string& path, const CloudView& face, const Asymmetry& a,
+                            const Context& context) {
   Cloud out;
   out.points = face.points.copy();
   out.unit = face.unit, out.vertical_unit = face.vertical_unit, out.crs = face.crs;
