@@ -7,9 +7,9 @@
 
 namespace isopach {
 
-/// How much and where b differs from a (docs/method/method.md): two Clouds, or views of arrays of the caller's own. Errors: OverlapError when the hulls are disjoint, touch
-/// only, or coverage is below options.min_coverage; InputError for scans without usable points or with CRS that do not
-/// match.
+/// How much and where b differs from a (docs/method/method.md): two Clouds, or views of arrays of the caller's own.
+/// Errors: OverlapError when the hulls are disjoint, touch only, or coverage is below options.min_coverage; InputError
+/// for scans without usable points or with CRS that do not match.
 [[nodiscard]] Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options,
                                  const Context& context);
 
