@@ -25,17 +25,6 @@ Motion inverted(const Motion& motion) {
   return result;
 }
 
-Pose composed(const Pose& second, const Pose& first) {
-  Pose result;
-  for (std::size_t i = 0; i < 3; ++i)
-    for (std::size_t j = 0; j < 4; ++j) {
-      double sum = j == 3 ? second.m[4 * i + 3] : 0;
-      for (std::size_t k = 0; k < 3; ++k) sum += second.m[4 * i + k] * first.m[4 * k + j];
-      result.m[4 * i + j] = sum;
-    }
-  return result;
-}
-
 Pose inverted(const Pose& pose) {
   Pose result;
   for (std::size_t i = 0; i < 3; ++i)

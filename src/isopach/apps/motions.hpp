@@ -1,4 +1,4 @@
-// Arithmetic on rigid motions and poses: one after the other, backwards, angle and screw.
+// Arithmetic on rigid motions and poses: backwards, angle and screw.
 #pragma once
 #include "isopach/geom/rigid.hpp"
 #include "isopach/match/motion.hpp"
@@ -6,8 +6,6 @@
 namespace isopach {
 
 [[nodiscard]] Motion inverted(const Motion& motion);
-/// `first`, then `second`.
-[[nodiscard]] Pose composed(const Pose& second, const Pose& first);
 /// Of a rigid pose (rotation and shift alone).
 [[nodiscard]] Pose inverted(const Pose& pose);
 

@@ -2,10 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/checks.hpp"
 #include "isopach/match/nominal.hpp"
+#include "isopach/match/repeats.hpp"
 
 namespace isopach {
 
@@ -47,6 +49,24 @@ Rival Judge::apart_from(const Pose& from, const Pose& to) { return apart(from, t
 bool Judge::is_another(const Pose& from, const Pose& to) {
   const Rival r = apart_from(from, to);
   return r.degrees > other_turn || r.shift > other_shift * scans().fixed.extent;
+}
+
+double Judge::distance(const Pose& from, const Pose& to) {
+  const Rival r = apart_from(from, to);
+  return std::hypot(r.shift, r.degrees * std::numbers::pi / 180 * scans().fixed.extent / 2);
+}
+
+std::vector<Pose> Judge::repeated(const Pose& pose) {
+  const Scans& s = scans();
+  constexpr double larger = 1.2;
+  const bool of_moving = s.moving.extent > larger * s.fixed.extent;
+  const JudgedScan& scan = of_moving ? s.moving : s.fixed;
+  Frame frame;
+  frame.origin = scan.origin;
+  std::vector<Pose> poses;
+  for (const Motion& motion : repeats(scan, context_))
+    poses.push_back(of_moving ? composed(pose, pose_of(motion, frame, Pose{})) : pose_of(motion, frame, pose));
+  return poses;
 }
 
 Array<PointVerdict> Judge::labels(const Pose& pose, const Verdict& verdict) {

@@ -1,6 +1,7 @@
 // Judge: the verdicts of one matching. Both scans are prepared once, at the first verdict.
 #pragma once
 #include <optional>
+#include <vector>
 
 #include "isopach/match/matching.hpp"
 
@@ -21,6 +22,11 @@ class Judge {
   /// Whether the second lies farther from the first than other_turn or other_shift.
   [[nodiscard]] bool is_another(const Pose& from, const Pose& to);
   [[nodiscard]] Rival apart_from(const Pose& from, const Pose& to);
+  /// How far the second takes MOVING from where the first does: shift, and turn times half the extent.
+  [[nodiscard]] double distance(const Pose& from, const Pose& to);
+
+  /// Poses that take MOVING to where it looks as at `pose`, because the larger of the scans repeats itself (repeats()).
+  [[nodiscard]] std::vector<Pose> repeated(const Pose& pose);
 
   /// Of every point of MOVING at the pose.
   [[nodiscard]] Array<PointVerdict> labels(const Pose& pose, const Verdict& verdict);

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <optional>
 
 #include "isopach/base/parallel.hpp"
@@ -138,6 +139,7 @@ Matching search_once(const CloudView& moving, const CloudView& fixed, const Matc
   return m;
 }
 
+constexpr double infinity = std::numeric_limits<double>::infinity();
 constexpr std::size_t most_places = 4;  // of a coarse search: the best one and its rivals
 
 /// One matching: a search from the start, a verdict, and what follows from that.
@@ -158,7 +160,7 @@ class Run {
     if (options_.check_pose && doubted && all_rigid_motions(options_.freedom)) best = second_attempt(std::move(best));
     if (!best) throw *lost;
     Matching m = std::move(*best);
-    if (m.verdict && m.verdict->trusted() && places_.size() > 1) look_for_rivals(m);
+    if (m.verdict && m.verdict->trusted() && all_rigid_motions(options_.freedom)) look_for_rivals(m);
     finish(m);
     return m;
   }
@@ -255,16 +257,23 @@ class Run {
     return second;
   }
 
-  /// Another place of the coarse search that is as good, once icp-plane has led it home.
+  /// Another place that is as good, once icp-plane has led it home: of the coarse search, if it ran, or where one of
+  /// the scans repeats itself. Where the pose is that of the start but for a little, the start has decided between
+  /// them.
   void look_for_rivals(Matching& m) {
     constexpr double worth_a_search = 0.4;  // a place that few steps led to agrees less than where more would lead
+    constexpr double near_start = 0.1;      // of the way to the rival
     clock_.start("verdict");
     const double least = m.verdict->evidence.least();
+    const double moved = m.verdict->stage == Verdict::Stage::start ? judge_.distance(options_.start, m.pose) : infinity;
     MatchOptions o = options_;
     o.objective = Objective::icp_plane;
     o.compare.weight = {}, o.sigma = 0;
-    for (const Pose& place : places_) {
+    std::vector<Pose> others = places_;
+    for (const Pose& place : judge_.repeated(m.pose)) others.push_back(place);
+    for (const Pose& place : others) {
       if (!judge_.is_another(m.pose, place)) continue;
+      if (moved <= near_start * judge_.distance(m.pose, place)) continue;
       if (judge_(place).evidence.least() < least - worth_a_search) continue;
       try {
         const Matching found = icp(moving_, fixed_, place, o, context_);

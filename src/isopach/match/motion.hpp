@@ -39,6 +39,7 @@ struct Motion {
 
 /// `first`, then `second`.
 [[nodiscard]] Motion composed(const Motion& second, const Motion& first);
+[[nodiscard]] Pose composed(const Pose& second, const Pose& first);
 
 /// `motion`, then the twist about `centre`.
 [[nodiscard]] Motion moved(const Motion& motion, const Twist& twist, const Point3& centre);
