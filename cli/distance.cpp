@@ -2,6 +2,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 #include <sstream>
 
 #include "cli/command.hpp"
@@ -215,7 +216,9 @@ int run_distance(const Arguments& arguments) {
   Cloud cores;
   if (!request.core_points.empty()) cores = read_cloud(request.core_points, ReadOptions{}, run.context());
   const double read_s = watch.lap();
-  Distances d = distance(a, b, request.core_points.empty() ? nullptr : &cores, request.options, run.context());
+  const bool own_cores = !request.core_points.empty();
+  Distances d =
+      distance(a, b, own_cores ? std::optional<CloudView>(cores) : std::nullopt, request.options, run.context());
   deliver(d, a, b, request, folder.get(), read_s, run);
   return 0;
 }

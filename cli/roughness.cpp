@@ -4,6 +4,7 @@
 #include <fmt/core.h>
 
 #include <memory>
+#include <optional>
 
 #include "cli/command.hpp"
 #include "cli/match.hpp"
@@ -221,8 +222,10 @@ int run_roughness(const Arguments& arguments) {
     scan = std::move(seen);
   }
   const double read_s = watch.lap();
-  Roughness r = roughness(scan, request.after.empty() ? nullptr : &after,
-                          request.reference.empty() ? nullptr : &reference, o, run.context());
+  const auto given = [](const std::string& path, const Cloud& cloud) {
+    return path.empty() ? std::nullopt : std::optional<CloudView>(cloud);
+  };
+  Roughness r = roughness(scan, given(request.after, after), given(request.reference, reference), o, run.context());
   deliver(r, scan, after, request, folder.get(), read_s, run);
   return 0;
 }

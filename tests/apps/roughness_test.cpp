@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <numbers>
+#include <optional>
 
 #include "isopach/base/error.hpp"
 #include "isopach/simulate/scene.hpp"
@@ -46,7 +47,7 @@ void expect_near(double value, double truth, double share, const char* name) {
 
 TEST(Roughness, SineWaveAt20PointsAWavelength) {
   const Cloud cloud = scene("waves", 120000, 0);  // 20 wavelengths of 2 mm, 100 points a mm²
-  const Roughness r = roughness(cloud, nullptr, nullptr, plain_options(), {});
+  const Roughness r = roughness(cloud, std::nullopt, std::nullopt, plain_options(), {});
   const ArealParameters& p = r.scan.parameters;
   const double amplitude = 0.05, slope = turn * amplitude / 2, k2 = slope * slope;
   expect_near(p.sa, 2 * amplitude / std::numbers::pi, 0.005, "Sa");
@@ -70,10 +71,10 @@ TEST(Roughness, FormIsRemovedWithoutTouchingTheRest) {
   o.margin = 0;
   for (const double l : {0.0, 2.0}) {  // with waviness removed as well
     o.l_filter = l;
-    const Roughness without = roughness(stretched(patch(5000, 1, relief)), nullptr, nullptr, o, {});
+    const Roughness without = roughness(stretched(patch(5000, 1, relief)), std::nullopt, std::nullopt, o, {});
     const Roughness with =
-        roughness(stretched(patch(5000, 1, [&](double x, double y) { return form(x, y) + relief(x, y); })), nullptr,
-                  nullptr, o, {});
+        roughness(stretched(patch(5000, 1, [&](double x, double y) { return form(x, y) + relief(x, y); })),
+                  std::nullopt, std::nullopt, o, {});
     const auto& a = without.scan.fields[1].values;
     const auto& b = with.scan.fields[1].values;
     ASSERT_EQ(without.scan.fields[1].name, "roughness");
@@ -87,11 +88,11 @@ TEST(Roughness, FormsDiffer) {
   const Cloud bowl = stretched(patch(3000, 2, [](double x, double y) { return 0.3 * x + 0.1 * x * x + 0.05 * y * y; }));
   RoughnessOptions o = plain_options();
   o.form = FormKind::none;
-  const double none = roughness(bowl, nullptr, nullptr, o, {}).scan.parameters.sq;
+  const double none = roughness(bowl, std::nullopt, std::nullopt, o, {}).scan.parameters.sq;
   o.form = FormKind::plane;
-  const double plane = roughness(bowl, nullptr, nullptr, o, {}).scan.parameters.sq;
+  const double plane = roughness(bowl, std::nullopt, std::nullopt, o, {}).scan.parameters.sq;
   o.form = FormKind::polynomial;
-  const double polynomial = roughness(bowl, nullptr, nullptr, o, {}).scan.parameters.sq;
+  const double polynomial = roughness(bowl, std::nullopt, std::nullopt, o, {}).scan.parameters.sq;
   EXPECT_GT(none, 2 * plane);
   EXPECT_GT(plane, 0.1);
   EXPECT_LT(polynomial, 1e-9);
@@ -103,14 +104,14 @@ TEST(Roughness, ReferenceIsTheForm) {
   Cloud reference = stretched(patch(900, 4, form));
   RoughnessOptions o = plain_options();
   o.form = FormKind::reference;
-  const Roughness whole = roughness(scan, nullptr, &reference, o, {});
+  const Roughness whole = roughness(scan, std::nullopt, reference, o, {});
   expect_near(whole.scan.parameters.sq, 0.02 / std::sqrt(2.0), 0.03, "Sq");
   EXPECT_NEAR(whole.scan.parameters.area, 80, 0.5);
   std::erase_if(reference.points, [](const Point3& p) { return p.x > 6; });  // it covers a part
-  const Roughness part = roughness(scan, nullptr, &reference, o, {});
+  const Roughness part = roughness(scan, std::nullopt, reference, o, {});
   EXPECT_NEAR(part.scan.parameters.area, 6 * 8, 2);
   for (Point3& p : reference.points) p.x += 1000;
-  EXPECT_THROW((void)roughness(scan, nullptr, &reference, o, {}), OverlapError);
+  EXPECT_THROW((void)roughness(scan, std::nullopt, reference, o, {}), OverlapError);
 }
 
 TEST(Roughness, MatchPutsTheReferenceInPlace) {
@@ -121,9 +122,9 @@ TEST(Roughness, MatchPutsTheReferenceInPlace) {
   const Cloud reference = test::shifted(stretched(patch(4000, 6, form)), {0.15, -0.1, 0.3});
   RoughnessOptions o = plain_options();
   o.form = FormKind::reference;
-  const double astray = roughness(scan, nullptr, &reference, o, {}).scan.parameters.sq;
+  const double astray = roughness(scan, std::nullopt, reference, o, {}).scan.parameters.sq;
   o.match = true;
-  const Roughness matched = roughness(scan, nullptr, &reference, o, {});
+  const Roughness matched = roughness(scan, std::nullopt, reference, o, {});
   EXPECT_GT(astray, 0.05);
   expect_near(matched.scan.parameters.sq, 0.01 / std::sqrt(2.0), 0.1, "Sq");
   EXPECT_NEAR(matched.reference_pose.m[3], -0.15, 0.01);
@@ -134,13 +135,13 @@ TEST(Roughness, FiltersSeparateWaves) {
   const Cloud cloud = stretched(patch(
       20000, 7, [](double x, double y) { return 0.1 * std::cos(turn * x / 5) + 0.01 * std::sin(turn * y / 0.8); }));
   RoughnessOptions o = plain_options();
-  const double all = roughness(cloud, nullptr, nullptr, o, {}).scan.parameters.sq;
+  const double all = roughness(cloud, std::nullopt, std::nullopt, o, {}).scan.parameters.sq;
   o.l_filter = 2;
-  const Roughness rough = roughness(cloud, nullptr, nullptr, o, {});
+  const Roughness rough = roughness(cloud, std::nullopt, std::nullopt, o, {});
   o.s_filter = 1.9;
   o.l_filter = 0;
   o.margin = 1;
-  const Roughness wavy = roughness(cloud, nullptr, nullptr, o, {});
+  const Roughness wavy = roughness(cloud, std::nullopt, std::nullopt, o, {});
   EXPECT_GT(all, 0.07);
   // exp(−ln 2 (2/5)²) = 0.895 of the long wave is waviness: 10 % of it stay beside the short one
   expect_near(rough.scan.parameters.sq, std::hypot(0.105 * 0.1, 0.01) / std::sqrt(2.0), 0.06, "roughness");
@@ -161,7 +162,7 @@ TEST(Roughness, WrinklesOfTheSkinSceneLarge) {
   o.l_filter = 8;
   o.margin = 1;
   o.wrinkles = {0.05, 3};
-  const Roughness r = roughness(before, &after, nullptr, o, {});
+  const Roughness r = roughness(before, after, std::nullopt, o, {});
   ASSERT_EQ(r.scan.wrinkles.all.size(), 3u);
   const double depth[] = {0.30, 0.20, 0.12}, half[] = {9, 8, 7}, left[] = {0.5, 0.6, 1};
   for (std::size_t k = 0; k < 3; ++k) {
@@ -183,9 +184,9 @@ TEST(Roughness, PoseMovesTheSecondScan) {
   const Cloud after = test::shifted(stretched(patch(8000, 9, relief)), {0, 3, 0.5});
   RoughnessOptions o = plain_options();
   o.wrinkles = {0.1, 4};
-  const Roughness astray = roughness(before, &after, nullptr, o, {});
+  const Roughness astray = roughness(before, after, std::nullopt, o, {});
   o.compare.pose.m[7] = -3, o.compare.pose.m[11] = -0.5;
-  const Roughness placed = roughness(before, &after, nullptr, o, {});
+  const Roughness placed = roughness(before, after, std::nullopt, o, {});
   ASSERT_EQ(placed.scan.wrinkles.all.size(), 1u);
   EXPECT_NEAR(placed.wrinkles_after[0].mean_depth, placed.scan.wrinkles.all[0].mean_depth, 0.01);
   EXPECT_LT(astray.wrinkles_after[0].mean_depth, 0.05);
@@ -198,7 +199,7 @@ TEST(Roughness, SameBitsForAnyNumberOfThreadsAndOrderOfPoints) {
   const auto numbers = [&](const Cloud& c, int threads) {
     Context context;
     context.threads = threads;
-    const Roughness r = roughness(c, nullptr, nullptr, o, context);
+    const Roughness r = roughness(c, std::nullopt, std::nullopt, o, context);
     std::vector<double> out{r.scan.parameters.sa, r.scan.parameters.sku, r.scan.parameters.sdr, r.scan.waviness_sq};
     for (const Wrinkle& w : r.scan.wrinkles.all) out.insert(out.end(), {w.depth, w.length, w.volume});
     return out;
@@ -212,11 +213,11 @@ TEST(Roughness, SameBitsForAnyNumberOfThreadsAndOrderOfPoints) {
 TEST(Roughness, LineAndSparePointsAndOutliers) {
   Cloud line = test::cloud_over(test::framed_square(100, 1), [](const Point2&) { return 0.0; });
   for (Point3& p : line.points) p.y = p.x;
-  EXPECT_THROW((void)roughness(line, nullptr, nullptr, plain_options(), {}), InputError);
+  EXPECT_THROW((void)roughness(line, std::nullopt, std::nullopt, plain_options(), {}), InputError);
   Cloud outlier = stretched(patch(3000, 10, [](double x, double) { return 0.01 * std::sin(5 * x); }));
-  const double clean = roughness(outlier, nullptr, nullptr, plain_options(), {}).scan.parameters.sq;
+  const double clean = roughness(outlier, std::nullopt, std::nullopt, plain_options(), {}).scan.parameters.sq;
   outlier.points.push_back({90, 70, 40});
-  const Roughness r = roughness(outlier, nullptr, nullptr, plain_options(), {});
+  const Roughness r = roughness(outlier, std::nullopt, std::nullopt, plain_options(), {});
   EXPECT_NEAR(r.scan.parameters.sq, clean, 1e-3 * clean);
   EXPECT_TRUE(std::isnan(r.scan.fields[1].values.back()));
 }
@@ -227,7 +228,8 @@ TEST(Roughness, RefusesWhatMakesNoSense) {
     RoughnessOptions o = plain_options();
     change(o);
     try {
-      (void)roughness(cloud, with_after ? &cloud : nullptr, with_reference ? &cloud : nullptr, o, {});
+      const std::optional<CloudView> given(cloud), none;
+      (void)roughness(cloud, with_after ? given : none, with_reference ? given : none, o, {});
       ADD_FAILURE() << option;
     } catch (const UsageError& e) {
       EXPECT_EQ(std::string(e.what()).rfind(option, 0), 0u) << e.what();
@@ -251,7 +253,7 @@ TEST(Roughness, RefusesWhatMakesNoSense) {
   refused("@wrinkle-length", [](RoughnessOptions& o) { o.wrinkles.length = -1; });
   Cloud feet = cloud;
   feet.unit = "m", feet.vertical_unit = "ft";
-  EXPECT_THROW((void)roughness(feet, nullptr, nullptr, plain_options(), {}), InputError);
+  EXPECT_THROW((void)roughness(feet, std::nullopt, std::nullopt, plain_options(), {}), InputError);
 }
 
 }  // namespace

@@ -20,7 +20,7 @@ DistanceOptions everything() {
 Distances run(const Cloud& a, const Cloud& b, const DistanceOptions& o = everything(), int threads = 0) {
   Context context;
   context.threads = threads;
-  return distance(a, b, nullptr, o, context);
+  return distance(a, b, std::nullopt, o, context);
 }
 
 const Array<double>& field(const std::vector<Attribute>& fields, const std::string& name) {
@@ -273,7 +273,7 @@ TEST(Distance, M3c2AtThePointsOfAOrAtCores) {
   EXPECT_EQ(d.faces_a, 0u);  // no surface is made for it
   Cloud cores;
   cores.points = {{0.5, 0.5, 0.09}};  // on the surface
-  const Distances one = distance(a, b, &cores, o, {});
+  const Distances one = distance(a, b, cores, o, {});
   EXPECT_EQ(one.m3c2->cores.size(), 1u);
   EXPECT_EQ(one.m3c2->measured, 1u);
   // Normals are of the input, whatever direction is up.

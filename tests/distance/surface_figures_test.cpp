@@ -127,7 +127,7 @@ TEST(Distance, MetrosMeanOfCoarseMeshesIsAsExactAsItSays) {
   DistanceOptions options;
   options.measures.surface = true;
   options.border = BorderRule::hull;
-  const SurfaceFigures f = distance(a, b, nullptr, options, {}).surface->a_to_b;
+  const SurfaceFigures f = distance(a, b, std::nullopt, options, {}).surface->a_to_b;
   EXPECT_NEAR(f.mean, mean_of(-0.35, 0.85), 3e-3 * mean_of(-0.35, 0.85));
 }
 

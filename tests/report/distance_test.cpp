@@ -25,7 +25,7 @@ Distances sample(const DistanceMeasures& measures) {
   DistanceOptions o;
   o.measures = measures;
   o.m3c2 = {0.4, 0.4, 1, 0.01};
-  return distance(a, b, nullptr, o, {});
+  return distance(a, b, std::nullopt, o, {});
 }
 
 Json schema() {

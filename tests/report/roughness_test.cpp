@@ -41,7 +41,10 @@ Roughness sample(bool after, bool reference, bool match = false) {
   Cloud plane = test::cloud_over(test::framed_square(200, 3), [](const Point2& p) { return 0.2 * p.x; });
   plane.unit = "mm";
   if (reference) o.form = FormKind::reference;
-  return roughness(scan, after ? &second : nullptr, reference ? &plane : nullptr, o, {});
+  const auto given = [](bool wanted, const Cloud& cloud) {
+    return wanted ? std::optional<CloudView>(cloud) : std::nullopt;
+  };
+  return roughness(scan, given(after, second), given(reference, plane), o, {});
 }
 
 Json schema() {

@@ -22,13 +22,14 @@ void check(const AccuracyOptions& o) {
     throw UsageError(fmt::format("@within: {} is no tolerance: a height above 0", o.within));
 }
 
-double footprint_area(const Cloud& reference, const Frame& frame, const CompareOptions& o, const Context& context) {
+double footprint_area(const CloudView& reference, const Frame& frame, const CompareOptions& o, const Context& context) {
   HeightField f = project(reference, Pose{}, frame, o.project, context);
   return make_surface(std::move(f.xy), std::move(f.z), frame.curve, o.border == BorderRule::trim, o.max_edge, context)
       .footprint.area;
 }
 
-void describe_completeness(const Cloud& reference, const CellView& along_normal, Accuracy& a, const Context& context) {
+void describe_completeness(const CloudView& reference, const CellView& along_normal, Accuracy& a,
+                           const Context& context) {
   const Comparison& c = a.comparison;
   Completeness& k = a.completeness;
   k.reference_area = footprint_area(reference, c.frame, c.options, context);
@@ -54,7 +55,7 @@ void add_new(std::vector<std::string>& all, const std::vector<std::string>& more
     if (std::find(all.begin(), all.end(), w) == all.end()) all.push_back(w);
 }
 
-Accuracy run(const Cloud& reconstruction, const Cloud& reference, const AccuracyOptions& options,
+Accuracy run(const CloudView& reconstruction, const CloudView& reference, const AccuracyOptions& options,
              const Context& context) {
   Accuracy a;
   a.options = options;
@@ -87,7 +88,7 @@ Accuracy run(const Cloud& reconstruction, const Cloud& reference, const Accuracy
   describe_completeness(reference, cells.view(), a, context);
 
   clock.start("distance");
-  a.distances = distance(reference, reconstruction, nullptr, distance_options(a), context);
+  a.distances = distance(reference, reconstruction, std::nullopt, distance_options(a), context);
   clock.stop();
   if (a.matching) add_new(a.warnings, a.matching->warnings);
   add_new(a.warnings, c.warnings);
@@ -115,7 +116,7 @@ double area_within(const CellView& cells, double limit, const Context& context) 
       .value();
 }
 
-Accuracy accuracy(const Cloud& reconstruction, const Cloud& reference, const AccuracyOptions& options,
+Accuracy accuracy(const CloudView& reconstruction, const CloudView& reference, const AccuracyOptions& options,
                   const Context& context) {
   Accuracy result;
   run_with_threads(context.threads, [&] { result = run(reconstruction, reference, options, context); });

@@ -46,8 +46,8 @@ struct Accuracy {
 /// after it. Errors: as of these three. An alignment that does not converge is a result (matching->converged
 /// false); one that is neither trusted nor accepted is an Error (see require_trust).
 /// Test: tests/apps/accuracy_test.cpp.
-[[nodiscard]] Accuracy accuracy(const Cloud& reconstruction, const Cloud& reference, const AccuracyOptions& options,
-                                const Context& context);
+[[nodiscard]] Accuracy accuracy(const CloudView& reconstruction, const CloudView& reference,
+                                const AccuracyOptions& options, const Context& context);
 
 /// Area where −limit <= d <= limit: cells are cut along the lines d = ±limit. Cost O(cells).
 [[nodiscard]] double area_within(const CellView& cells, double limit, const Context& context);

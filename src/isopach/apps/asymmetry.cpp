@@ -108,7 +108,7 @@ void leave_out_rim(ScanPoints& scan, const MatchSurface& surface, double rim, co
 }
 
 /// Points that a face lies over, seen from where the direction comes from.
-void leave_out_hidden(ScanPoints& scan, const Cloud& cloud, const Frame& frame, const HeightField& field,
+void leave_out_hidden(ScanPoints& scan, const CloudView& cloud, const Frame& frame, const HeightField& field,
                       const Context& context) {
   if (cloud.faces.empty())
     throw UsageError("@visible: the file has no faces that could hide a point: leave it out, or crop by @depth");
@@ -142,7 +142,7 @@ void leave_out_of_region(ScanPoints& scan, const FacePose& pose) {
   keep(scan, kept);
 }
 
-View view_of(const Cloud& cloud, const AsymmetryOptions& o, const FacePose& pose, const Context& context) {
+View view_of(const CloudView& cloud, const AsymmetryOptions& o, const FacePose& pose, const Context& context) {
   View view;
   const ProjectOptions& project_options = o.compare.project;
   view.frame = choose_frame(cloud, cloud, Pose{}, project_options, context);
@@ -315,7 +315,7 @@ Upright drawn_place(const Frame& view, const Upright& place) {
   return moved;
 }
 
-FacePolygons polygons_of_face(const Cloud& cloud, const AsymmetryOptions& o, const Frame& frame, Asymmetry& a,
+FacePolygons polygons_of_face(const CloudView& cloud, const AsymmetryOptions& o, const Frame& frame, Asymmetry& a,
                               const Context& context) {
   FacePolygons polygons;
   if (!o.polygons) return polygons;
@@ -358,7 +358,7 @@ void describe_regions(FacePolygons polygons, const Upright& drawn, Asymmetry& a,
 }
 
 /// A copy of the file's description without its points.
-Cloud description_of(const Cloud& cloud) {
+Cloud description_of(const CloudView& cloud) {
   Cloud empty;
   empty.path = cloud.path, empty.format = cloud.format, empty.unit = cloud.unit;
   empty.vertical_unit = cloud.vertical_unit, empty.crs = cloud.crs;
@@ -366,7 +366,7 @@ Cloud description_of(const Cloud& cloud) {
 }
 
 /// Mean d over squares of a fifth of the width; the sides of the face are steep and left out.
-void warn_of_swelling(const Cloud& cloud, Asymmetry& a) {
+void warn_of_swelling(const CloudView& cloud, Asymmetry& a) {
   if (!a.pose.found()) return;
   constexpr int squares = 16;
   constexpr double share = 0.2, middle = 0.42, stands_out = 0.047;
@@ -397,7 +397,7 @@ void warn_of_swelling(const Cloud& cloud, Asymmetry& a) {
 /// The pose of the face into the options: direction and sides, unless they are given. The positive side is the
 /// patient's left wherever a face tells it: so the face stands upright before its plane, whichever way --across was
 /// written.
-void find_pose(const Cloud& cloud, AsymmetryOptions& o, Asymmetry& a, const Context& context) {
+void find_pose(const CloudView& cloud, AsymmetryOptions& o, Asymmetry& a, const Context& context) {
   a.pose = find_face(cloud, o.compare.project, context);
   const bool found = o.orientation == FaceOrientation::found;
   if (found && !a.pose.found())
@@ -426,7 +426,7 @@ bool sides_overruled(const AsymmetryOptions& o, const FacePose& pose) {
   return std::min(off, 180 - off) > disagree_deg;
 }
 
-Asymmetry run(const Cloud& cloud, const AsymmetryOptions& options, const Context& context) {
+Asymmetry run(const CloudView& cloud, const AsymmetryOptions& options, const Context& context) {
   Asymmetry a;
   a.options = options;
   check(options);
@@ -507,7 +507,7 @@ const char* to_text(StablePart part) {
   return "";
 }
 
-Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context) {
+Asymmetry asymmetry(const CloudView& face, const AsymmetryOptions& options, const Context& context) {
   Asymmetry result;
   run_with_threads(context.threads, [&] { result = run(face, options, context); });
   return result;

@@ -96,6 +96,6 @@ struct Asymmetry {
 /// part of the scan lies over its mirror image or no face is found, InputError as `project`, for polygons as
 /// stages::regions_of and where none of them holds a part of the face, and where heights have another unit than x and
 /// y. Test: tests/apps/asymmetry_test.cpp, tests/apps/asymmetry_pose_test.cpp.
-[[nodiscard]] Asymmetry asymmetry(const Cloud& face, const AsymmetryOptions& options, const Context& context);
+[[nodiscard]] Asymmetry asymmetry(const CloudView& face, const AsymmetryOptions& options, const Context& context);
 
 }  // namespace isopach

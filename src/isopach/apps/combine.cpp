@@ -64,9 +64,9 @@ double deviation(const Matrix6& c, std::size_t first) {
   return std::sqrt(std::max(0.0, c[7 * first] + c[7 * (first + 1)] + c[7 * (first + 2)]));
 }
 
-std::string name_of(const Cloud& cloud, const char* role) { return cloud.path.empty() ? role : cloud.path; }
+std::string name_of(const CloudView& cloud, const char* role) { return cloud.path.empty() ? role : cloud.path; }
 
-void check_unit(const Cloud& cloud, const char* role, std::string& unit) {
+void check_unit(const CloudView& cloud, const char* role, std::string& unit) {
   if (cloud.unit == "unknown") return;
   if (unit != "unknown" && unit != cloud.unit)
     throw InputError(fmt::format("{}: is in {}, another scan in {}: convert one, or say @unit", name_of(cloud, role),
@@ -77,7 +77,7 @@ void check_unit(const Cloud& cloud, const char* role, std::string& unit) {
 /// Finds the object in one scan.
 class Finder {
  public:
-  Finder(const Cloud& scan, const char* role, const Cloud& reference, const CombineOptions& options,
+  Finder(const CloudView& scan, const char* role, const CloudView& reference, const CombineOptions& options,
          const Context& context)
       : scan_(scan), role_(role), reference_(reference), options_(options), context_(context) {}
 
@@ -184,7 +184,7 @@ class Finder {
     return far;
   }
 
-  [[nodiscard]] OrientedCloud oriented(const Cloud& cloud, const Pose& pose) const {
+  [[nodiscard]] OrientedCloud oriented(const CloudView& cloud, const Pose& pose) const {
     OrientedCloud result = order_points(cloud, pose, frame_, project_, 0, context_);
     if (result.points.size() < least_points)
       throw InputError(fmt::format("{}: {} points are too few: at least {}", name_of(cloud, "scan"),
@@ -229,9 +229,9 @@ class Finder {
     return surface.tree->nearest_distance2(p) <= reach * reach && surface_distance(surface, p, reach) <= within;
   }
 
-  const Cloud& scan_;
+  CloudView scan_;
   const char* role_;
-  const Cloud& reference_;
+  CloudView reference_;
   const CombineOptions& options_;
   const Context& context_;
   ProjectOptions project_;
@@ -248,7 +248,7 @@ void chain(Combination& c) {
   c.sigma_angle = deviation(c.covariance, 0);
 }
 
-void assemble(const Cloud& face, const Cloud& jaw, Combination& c) {
+void assemble(const CloudView& face, const CloudView& jaw, Combination& c) {
   const auto add = [&](const Point3& p, CombinedPart part) {
     if (!is_finite(p)) return;
     c.points.push_back(p);
@@ -277,7 +277,7 @@ void warn(Combination& c) {
     c.warnings.emplace_back("the files do not say their unit: lengths are in units of the files (@unit)");
 }
 
-Combination run(const Cloud& face, const Cloud& jaw, const Cloud& reference, const CombineOptions& options,
+Combination run(const CloudView& face, const CloudView& jaw, const CloudView& reference, const CombineOptions& options,
                 const Context& context) {
   if (!(options.least_share > 0 && options.least_share <= 1))
     throw UsageError(fmt::format("@least-share: {} is not a share above 0 and up to 1", options.least_share));
@@ -304,8 +304,8 @@ Combination run(const Cloud& face, const Cloud& jaw, const Cloud& reference, con
 
 }  // namespace
 
-Combination combine(const Cloud& face, const Cloud& jaw, const Cloud& reference, const CombineOptions& options,
-                    const Context& context) {
+Combination combine(const CloudView& face, const CloudView& jaw, const CloudView& reference,
+                    const CombineOptions& options, const Context& context) {
   Combination result;
   run_with_threads(context.threads, [&] { result = run(face, jaw, reference, options, context); });
   return result;

@@ -10,7 +10,7 @@
 #include <vector>
 
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/geom/rigid.hpp"
 
@@ -63,7 +63,7 @@ struct Combination {
 /// its shape leaves a motion free, or fits as well at another turn (looked for where no start is given); InputError for
 /// scans without usable points or of different units; UsageError for options without sense. Cost: O(n log n) and a
 /// search. The same bits for any number of threads and any order of the points.
-[[nodiscard]] Combination combine(const Cloud& face, const Cloud& jaw, const Cloud& reference,
+[[nodiscard]] Combination combine(const CloudView& face, const CloudView& jaw, const CloudView& reference,
                                   const CombineOptions& options, const Context& context);
 
 }  // namespace isopach

@@ -147,7 +147,7 @@ void describe(const FaceFit& fit, const FaceSymmetry& symmetry, const Scaled& s,
   pose.spread = symmetry.spread;
 }
 
-void mark_region(const Cloud& cloud, const FaceFit& fit, const Scaled& s, const Frame& frame, FacePose& pose) {
+void mark_region(const CloudView& cloud, const FaceFit& fit, const Scaled& s, const Frame& frame, FacePose& pose) {
   pose.region.resize(cloud.points.size());
   for_each_index(cloud.points.size(), [&](std::size_t i) {
     const Point3& p = cloud.points[i];
@@ -212,7 +212,7 @@ std::string refusal_sentence(const FacePose& pose) {
                      pose.likeness, 100 * pose.covered, give);
 }
 
-FacePose find_face(const Cloud& cloud, const ProjectOptions& project, const Context& context) {
+FacePose find_face(const CloudView& cloud, const ProjectOptions& project, const Context& context) {
   FacePose pose;
   ProjectOptions in_space = project;
   in_space.direction = {};  // axes of the file

@@ -7,7 +7,7 @@
 #include "isopach/apps/symmetry_planes.hpp"
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/field/height_field.hpp"
 
 namespace isopach {
@@ -62,6 +62,6 @@ struct FacePose {
 /// no errors. Cost: below a second, whatever the size of the file but for reading it once. A function of the set of
 /// points, the same bits for any number of threads. Errors: InputError where no point is kept. Test:
 /// tests/apps/face_pose_test.cpp; study: bench/faces_study.py.
-[[nodiscard]] FacePose find_face(const Cloud& cloud, const ProjectOptions& project, const Context& context);
+[[nodiscard]] FacePose find_face(const CloudView& cloud, const ProjectOptions& project, const Context& context);
 
 }  // namespace isopach

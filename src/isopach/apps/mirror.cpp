@@ -28,7 +28,7 @@ std::array<double, 9> axes_of(const Point3& x) {
   return {x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z};
 }
 
-Box3 box_of(const Array<Point3>& points, const Upright& place) {
+Box3 box_of(const PointsView& points, const Upright& place) {
   return reduce_blocks<Box3>(
       points.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
@@ -120,7 +120,7 @@ Cloud placed(const Array<Point3>& points, const Upright& place) {
   return cloud;
 }
 
-Cloud mirrored(const Cloud& cloud) {
+Cloud mirrored(const CloudView& cloud) {
   Cloud mirror;
   mirror.unit = cloud.unit, mirror.vertical_unit = cloud.vertical_unit;
   mirror.points.resize(cloud.points.size());
@@ -131,16 +131,17 @@ Cloud mirrored(const Cloud& cloud) {
   return mirror;
 }
 
-double size_of(const Cloud& cloud) {
+double size_of(const CloudView& cloud) {
   const Box3 box = box_of(cloud.points, {});
   return box.empty() ? 0 : std::hypot(box.max.x - box.min.x, box.max.y - box.min.y);
 }
 
-std::string unit_in_space(const Cloud& description, const CompareOptions& options, std::vector<std::string>& warnings) {
+std::string unit_in_space(const CloudView& description, const CompareOptions& options,
+                          std::vector<std::string>& warnings) {
   Comparison units;  // what compare says of units and CRS holds here too
   units.options.unit = options.unit;
   units.options.allow_crs = options.allow_crs;
-  const Cloud& c = description;
+  const CloudView& c = description;
   if (options.unit.empty() && c.unit != "unknown" && c.vertical_unit != "unknown" && c.unit != c.vertical_unit) {
     const std::string what = fmt::format("{}: x and y are in {} but heights in {}",
                                          c.path.empty() ? std::string("the scan") : c.path, c.unit, c.vertical_unit);

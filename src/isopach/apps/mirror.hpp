@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/options.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/matching.hpp"
@@ -70,13 +70,13 @@ struct Upright {
 [[nodiscard]] Array<Point3> means_of_neighbours(const HeightField& field, std::size_t run, const Context& context);
 
 [[nodiscard]] Cloud placed(const Array<Point3>& points, const Upright& place);
-[[nodiscard]] Cloud mirrored(const Cloud& cloud);  ///< x ↦ −x, exactly
+[[nodiscard]] Cloud mirrored(const CloudView& cloud);  ///< x ↦ −x, exactly
 /// Diagonal of the box in x and y.
-[[nodiscard]] double size_of(const Cloud& cloud);
+[[nodiscard]] double size_of(const CloudView& cloud);
 
 /// Unit of lengths in space, as in a comparison. Throws InputError where heights have another unit than x and y, and
 /// as a comparison does for degrees and pseudo-Mercator.
-[[nodiscard]] std::string unit_in_space(const Cloud& description, const CompareOptions& options,
+[[nodiscard]] std::string unit_in_space(const CloudView& description, const CompareOptions& options,
                                         std::vector<std::string>& warnings);
 
 }  // namespace isopach

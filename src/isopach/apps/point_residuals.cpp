@@ -27,8 +27,8 @@ std::vector<Entry> in_order(const HeightField& field, const Array<double>& d) {
 
 }  // namespace
 
-PointResiduals point_residuals(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
-                               const Array<double>& field, const Context& context) {
+PointResiduals point_residuals(const CloudView& cloud, const Pose& pose, const Frame& frame,
+                               const ProjectOptions& options, const Array<double>& field, const Context& context) {
   const HeightField nodes = project(cloud, pose, frame, options, context);
   const std::vector<Entry> entries = in_order(nodes, field);
   PointResiduals r;

@@ -1,7 +1,7 @@
 // point_residuals: how the points of a scan lie about the surface of another, apart into bias, form and noise.
 #pragma once
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 
 namespace isopach {
@@ -22,7 +22,7 @@ struct PointResiduals {
 /// surface of the other scan is taken as it is: its own noise σ appears in `noise` as about σ²/2 more variance, as does
 /// its error of interpolation. `field` is dz_signed of the cloud's points. A function of the set of points. Cost: that
 /// of `project`. Test: tests/apps/accuracy_test.cpp.
-[[nodiscard]] PointResiduals point_residuals(const Cloud& cloud, const Pose& pose, const Frame& frame,
+[[nodiscard]] PointResiduals point_residuals(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                              const ProjectOptions& options, const Array<double>& field,
                                              const Context& context);
 

@@ -40,10 +40,11 @@ void check(const RoughnessOptions& o, bool has_after, bool has_reference) {
 }
 
 /// Sets the unit. Slopes and lengths along the surface mean nothing where z has another unit than x and y.
-void check_units(const Cloud& scan, const Cloud* after, const Cloud* reference, Roughness& r) {
+void check_units(const CloudView& scan, const std::optional<CloudView>& after,
+                 const std::optional<CloudView>& reference, Roughness& r) {
   CompareOptions options = r.options.compare;
-  const Cloud none;
-  for (const Cloud* cloud : {&scan, after, reference}) {
+  const CloudView none;
+  for (const CloudView* cloud : {&scan, after ? &*after : nullptr, reference ? &*reference : nullptr}) {
     if (cloud == nullptr || !options.unit.empty() || cloud->unit == "unknown" || cloud->vertical_unit == "unknown" ||
         cloud->unit == cloud->vertical_unit)
       continue;
@@ -58,13 +59,13 @@ void check_units(const Cloud& scan, const Cloud* after, const Cloud* reference, 
     r.warnings.push_back(what + ": slopes and lengths mix the two as if they were one");
   }
   Comparison units;  // what compare says of units and CRS holds here too
-  stages::check_units(scan, after != nullptr ? *after : none, options, units);
+  stages::check_units(scan, after ? *after : none, options, units);
   r.unit = units.unit;
   r.warnings.insert(r.warnings.end(), units.warnings.begin(), units.warnings.end());
-  if (reference != nullptr) stages::check_units(scan, *reference, options, units);
+  if (reference) stages::check_units(scan, *reference, options, units);
 }
 
-Pose matched(const Cloud& moving, const Cloud& scan, const Pose& start, const char* what,
+Pose matched(const CloudView& moving, const CloudView& scan, const Pose& start, const char* what,
              std::optional<Verdict>& verdict, Roughness& r, const Context& context) {
   MatchOptions wanted;
   wanted.compare = r.options.compare;
@@ -84,28 +85,27 @@ Pose matched(const Cloud& moving, const Cloud& scan, const Pose& start, const ch
   return m.pose;
 }
 
-Roughness run(const Cloud& scan, const Cloud* after, const Cloud* reference, const RoughnessOptions& options,
-              const Context& context) {
+Roughness run(const CloudView& scan, const std::optional<CloudView>& after, const std::optional<CloudView>& reference,
+              const RoughnessOptions& options, const Context& context) {
   Roughness r;
   r.options = options;
-  check(options, after != nullptr, reference != nullptr);
+  check(options, after.has_value(), reference.has_value());
   check_units(scan, after, reference, r);
   stages::Clock clock(r.timing, context);
 
   if (options.match) {
     clock.start("match");
     Pose& pose = r.options.compare.pose;
-    if (after != nullptr) pose = matched(*after, scan, pose, "the second scan", r.verdict, r, context);
-    if (reference != nullptr)
+    if (after) pose = matched(*after, scan, pose, "the second scan", r.verdict, r, context);
+    if (reference)
       r.reference_pose = matched(*reference, scan, Pose{}, "the reference", r.reference_verdict, r, context);
   }
 
   clock.start("frame");
   const Pose& pose = r.options.compare.pose;
-  r.frame = choose_frame(scan, after != nullptr ? *after : scan, after != nullptr ? pose : Pose{},
-                         options.compare.project, context);
+  r.frame = choose_frame(scan, after ? *after : scan, after ? pose : Pose{}, options.compare.project, context);
   std::optional<MatchSurface> form;
-  if (reference != nullptr) {
+  if (reference) {
     form = reference_surface(*reference, r.reference_pose, r.frame, r.options, context);
     r.reference = stages::summarise_file(*reference, "reference");
     r.reference->nodes = form->xy.size();
@@ -114,7 +114,7 @@ Roughness run(const Cloud& scan, const Cloud* after, const Cloud* reference, con
   clock.start("roughness");
   const MatchSurface* surface = form ? &*form : nullptr;
   r.scan = texture(scan, "scan", Pose{}, r.frame, surface, r.options, r.warnings, context);
-  if (after != nullptr) {
+  if (after) {
     clock.start("roughness_after");
     r.after = texture(*after, "after", pose, r.frame, surface, r.options, r.warnings, context);
     r.wrinkles_after = follow_wrinkles(r.scan, *r.after, context);
@@ -125,7 +125,8 @@ Roughness run(const Cloud& scan, const Cloud* after, const Cloud* reference, con
 
 }  // namespace
 
-Roughness roughness(const Cloud& scan, const Cloud* after, const Cloud* reference, const RoughnessOptions& options,
+Roughness roughness(const CloudView& scan, const std::optional<CloudView>& after,
+                    const std::optional<CloudView>& reference, const RoughnessOptions& options,
                     const Context& context) {
   Roughness result;
   run_with_threads(context.threads, [&] { result = run(scan, after, reference, options, context); });

@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/match/verdict.hpp"
 #include "isopach/measure/areal.hpp"
@@ -70,14 +70,14 @@ struct Roughness {
   Timing timing;
 };
 
-/// `after` and `reference` may be null; the reference is needed by FormKind::reference and by nothing else. Both scans
-/// are seen in one frame and treated alike; each has a form of its own, but for a reference.
-/// Errors: UsageError for options that contradict one another, for a cut-off below twice the spacing, and where the
-/// margin leaves nothing; InputError as choose_frame and project, and where heights have another unit than x and y;
-/// OverlapError where the reference lies nowhere under the scan; not converged, where match does not. A function of the
-/// set of points, the same bits for any number of threads. Cost: O(n log n) and the filters. Tests:
-/// tests/apps/roughness_test.cpp.
-[[nodiscard]] Roughness roughness(const Cloud& scan, const Cloud* after, const Cloud* reference,
-                                  const RoughnessOptions& options, const Context& context);
+/// `after` and `reference` may be missing; the reference is needed by FormKind::reference and by nothing else. Both
+/// scans are seen in one frame and treated alike; each has a form of its own, but for a reference. Errors: UsageError
+/// for options that contradict one another, for a cut-off below twice the spacing, and where the margin leaves nothing;
+/// InputError as choose_frame and project, and where heights have another unit than x and y; OverlapError where the
+/// reference lies nowhere under the scan; not converged, where match does not. A function of the set of points, the
+/// same bits for any number of threads. Cost: O(n log n) and the filters. Tests: tests/apps/roughness_test.cpp.
+[[nodiscard]] Roughness roughness(const CloudView& scan, const std::optional<CloudView>& after,
+                                  const std::optional<CloudView>& reference, const RoughnessOptions& options,
+                                  const Context& context);
 
 }  // namespace isopach

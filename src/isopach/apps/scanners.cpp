@@ -22,11 +22,11 @@ constexpr std::size_t fewest_patches = 8;
 constexpr double lost_share = 0.5;  // of the energy of a detail: an error below it leaves the detail seen
 constexpr double rounding = 1e-9;   // of a length: the reference itself holds two of its own spacings
 
-Cloud moved(const Cloud& scan, const Pose& pose) {
+Cloud moved(const CloudView& scan, const Pose& pose) {
   Cloud out;
   out.path = scan.path, out.format = scan.format, out.unit = scan.unit, out.vertical_unit = scan.vertical_unit;
   out.crs = scan.crs;
-  out.attributes = scan.attributes;
+  for (const AttributeView& a : scan.attributes) out.attributes.push_back({a.name, a.values.copy()});
   out.points.resize(scan.points.size());
   for_each_index(out.points.size(), [&](std::size_t i) { out.points[i] = pose.apply(scan.points[i]); });
   return out;
@@ -38,8 +38,8 @@ void add_new(std::vector<std::string>& all, const std::vector<std::string>& more
 }
 
 /// One scan against the reference; the heights of the scan at the points of the reference, NaN where there are none.
-Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions& o, Array<double>& at_reference,
-                Scanners& all, const Context& context) {
+Scanner against(const CloudView& scan, const CloudView& reference, const ScannersOptions& o,
+                Array<double>& at_reference, Scanners& all, const Context& context) {
   Scanner s;
   s.pose = o.match.start;
   if (o.align) {
@@ -78,7 +78,7 @@ Scanner against(const Cloud& scan, const Cloud& reference, const ScannersOptions
 }
 
 /// The nodes of the reference that both scans cover.
-std::vector<DetailSample> samples_of(const Cloud& reference, const std::array<Array<double>, 2>& d,
+std::vector<DetailSample> samples_of(const CloudView& reference, const std::array<Array<double>, 2>& d,
                                      const ScannersOptions& o, const Context& context) {
   const ProjectOptions& project_options = o.match.compare.project;
   const Frame frame = choose_frame(reference, reference, Pose{}, project_options, context);
@@ -176,7 +176,7 @@ void forget_what_points_cannot_hold(std::vector<DetailScale>& detail, const std:
 
 namespace {
 
-Scanners run(const Cloud& a, const Cloud& b, const Cloud& reference, const ScannersOptions& options,
+Scanners run(const CloudView& a, const CloudView& b, const CloudView& reference, const ScannersOptions& options,
              const Context& context) {
   Scanners all;
   all.options = options;
@@ -216,7 +216,7 @@ Scanners run(const Cloud& a, const Cloud& b, const Cloud& reference, const Scann
 
 }  // namespace
 
-Scanners scanners(const Cloud& a, const Cloud& b, const Cloud& reference, const ScannersOptions& options,
+Scanners scanners(const CloudView& a, const CloudView& b, const CloudView& reference, const ScannersOptions& options,
                   const Context& context) {
   Scanners result;
   run_with_threads(context.threads, [&] { result = run(a, b, reference, options, context); });

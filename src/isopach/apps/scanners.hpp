@@ -56,8 +56,8 @@ struct Scanners {
 
 /// Each scan is matched to the reference and compared with it; then they are compared with each other. The reference is
 /// taken for the truth but for reference_sigma. Errors: as of match and compare. Test: tests/apps/scanners_test.cpp.
-[[nodiscard]] Scanners scanners(const Cloud& a, const Cloud& b, const Cloud& reference, const ScannersOptions& options,
-                                const Context& context);
+[[nodiscard]] Scanners scanners(const CloudView& a, const CloudView& b, const CloudView& reference,
+                                const ScannersOptions& options, const Context& context);
 
 /// Heights of the reference and of both scans at nodes of the reference, in the order of the curve.
 struct DetailSample {

@@ -25,7 +25,7 @@ StaticCheck::StaticCheck(Cloud part, std::size_t frames, const Context& context)
       tree_(part_.points),
       judged_(judged_scan(part_, {}, context)) {}
 
-bool StaticCheck::shows(const Cloud& frame, std::size_t k, const Pose& head, std::string& reason) {
+bool StaticCheck::shows(const CloudView& frame, std::size_t k, const Pose& head, std::string& reason) {
   if (!judged_.usable()) return true;
   JudgedScan whole = judged_scan(frame, {}, context_);
   const PoseEvidence evidence = judge(judged_, whole, head).evidence;

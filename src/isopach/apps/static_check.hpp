@@ -22,7 +22,7 @@ class StaticCheck {
   /// Whether `frame`, number k, shows the part at `head` (T_frame_reference): the verdict's lesser number, or its
   /// `agree` alone on a surface without detail, is least_agreement or more. False, with the reason, where it is less;
   /// true where the part has too few points for a verdict. Cost: judged_scan(), two or three times.
-  [[nodiscard]] bool shows(const Cloud& frame, std::size_t k, const Pose& head, std::string& reason);
+  [[nodiscard]] bool shows(const CloudView& frame, std::size_t k, const Pose& head, std::string& reason);
 
   /// Why the frames are of another object than the reference although each of them passed: at their poses they agree
   /// with one another better than with it, by more than rival_margin, medians of both. Empty where they do not, and

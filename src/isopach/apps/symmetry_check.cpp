@@ -63,7 +63,7 @@ double jackknife(const std::vector<double>& values) {
 
 }  // namespace
 
-PoseEvidence symmetry_evidence(const Cloud& upright, const Context& context) {
+PoseEvidence symmetry_evidence(const CloudView& upright, const Context& context) {
   const JudgedScan face = judged_scan(upright, {}, context), mirror = judged_scan(mirrored(upright), {}, context);
   return judge(mirror, face, Pose{}).evidence;
 }

@@ -18,7 +18,7 @@ inline constexpr double least_symmetric = 0.5, alike_needed = 1.1;
 
 /// What the two sides of a scan, upright before its plane, say about the plane. Cost: that of two judged_scan() and
 /// evidence_at(), some 0.1 s. Test: SymmetryCheck.* in tests/apps/symmetry_check_test.cpp.
-[[nodiscard]] PoseEvidence symmetry_evidence(const Cloud& upright, const Context& context);
+[[nodiscard]] PoseEvidence symmetry_evidence(const CloudView& upright, const Context& context);
 
 /// Of scans without detail, or of too few points for a judgement, the shape says nothing.
 [[nodiscard]] bool is_symmetric(const PoseEvidence& e);

@@ -35,7 +35,7 @@ struct SurfaceScan {
   Folds folds;          ///< left out of the footprint of s, unless they are to be kept
 };
 
-InputSummary summary(const Cloud& cloud, const char* role, const Pose& pose, const Frame& frame,
+InputSummary summary(const CloudView& cloud, const char* role, const Pose& pose, const Frame& frame,
                      const HeightField& field, const RoughnessOptions& options, std::vector<std::string>& warnings,
                      const Context& context) {
   InputSummary s = stages::summarise_file(cloud, role);
@@ -91,7 +91,7 @@ void find_folds_of(SurfaceScan& scan, const RoughnessOptions& options, const Con
 }
 
 /// The scan's surface, without nodes that the reference does not know and those no kept triangle has.
-SurfaceScan make_scan(HeightField field, const Cloud& cloud, const Frame& frame, const MatchSurface* reference,
+SurfaceScan make_scan(HeightField field, const CloudView& cloud, const Frame& frame, const MatchSurface* reference,
                       const RoughnessOptions& options, const Context& context) {
   SurfaceScan scan;
   scan.node_of_point = std::move(field.node_of_point);
@@ -237,7 +237,7 @@ void check_depth(const MatchSurface& s, std::span<const double> area, const Text
 
 }  // namespace
 
-MatchSurface reference_surface(const Cloud& reference, const Pose& pose, const Frame& frame,
+MatchSurface reference_surface(const CloudView& reference, const Pose& pose, const Frame& frame,
                                const RoughnessOptions& options, const Context& context) {
   ProjectOptions project_options = options.compare.project;
   project_options.crop.reset();  // of the scan
@@ -253,7 +253,7 @@ MatchSurface reference_surface(const Cloud& reference, const Pose& pose, const F
                       options.compare.max_edge, context);
 }
 
-Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Frame& frame,
+Texture texture(const CloudView& cloud, const char* role, const Pose& pose, const Frame& frame,
                 const MatchSurface* reference, const RoughnessOptions& o, std::vector<std::string>& warnings,
                 const Context& context) {
   Texture x;

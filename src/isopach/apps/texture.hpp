@@ -6,11 +6,11 @@
 namespace isopach {
 
 /// The surface that is the form, in the frame of the run.
-[[nodiscard]] MatchSurface reference_surface(const Cloud& reference, const Pose& pose, const Frame& frame,
+[[nodiscard]] MatchSurface reference_surface(const CloudView& reference, const Pose& pose, const Frame& frame,
                                              const RoughnessOptions& options, const Context& context);
 
 /// `reference` may be null. Warnings are added to those of the run.
-[[nodiscard]] Texture texture(const Cloud& cloud, const char* role, const Pose& pose, const Frame& frame,
+[[nodiscard]] Texture texture(const CloudView& cloud, const char* role, const Pose& pose, const Frame& frame,
                               const MatchSurface* reference, const RoughnessOptions& options,
                               std::vector<std::string>& warnings, const Context& context);
 

@@ -12,7 +12,7 @@
 namespace isopach {
 namespace {
 
-std::string name_of(const Cloud& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
+std::string name_of(const CloudView& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
 
 template <class T>
 void keep_items(Array<T>& items, const Array<Index>& now) {
@@ -33,8 +33,8 @@ void keep_faces(Cloud& cloud, const Array<Index>& now) {
 
 }  // namespace
 
-Array<unsigned char> hidden_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
-                                   const Context& context) {
+Array<unsigned char> hidden_points(const CloudView& cloud, const Pose& pose, const Frame& frame,
+                                   const HeightField& field, const Context& context) {
   if (cloud.faces.empty())
     throw UsageError("@visible: " + name_of(cloud) +
                      " has no faces that could hide a point: leave the option out, or give a mesh");
@@ -56,7 +56,7 @@ Array<unsigned char> hidden_points(const Cloud& cloud, const Pose& pose, const F
   return hidden;
 }
 
-Cloud visible_part(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
+Cloud visible_part(const CloudView& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
                    const Context& context) {
   ProjectOptions merging = options;
   if (merging.duplicates == DuplicatePolicy::error) merging.duplicates = DuplicatePolicy::max;
@@ -65,7 +65,7 @@ Cloud visible_part(const Cloud& cloud, const Pose& pose, const Frame& frame, con
   Array<Index> now(hidden.size());
   Index kept = 0;
   for (std::size_t i = 0; i < hidden.size(); ++i) now[i] = hidden[i] != 0 ? no_index : kept++;
-  Cloud seen = cloud;
+  Cloud seen = copy_of(cloud);
   keep_items(seen.points, now);
   for (Attribute& a : seen.attributes) keep_items(a.values, now);
   keep_faces(seen, now);

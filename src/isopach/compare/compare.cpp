@@ -51,7 +51,7 @@ void measure_common(const stages::AreaOfInterest& area, const stages::Borders& b
 }
 
 /// A comparison of which the options and the units are known to go together.
-Comparison begin(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options) {
+Comparison begin(const CloudView& cloud_a, const CloudView& cloud_b, const CompareOptions& options) {
   check(options);
   Comparison c;
   c.options = options;
@@ -60,8 +60,8 @@ Comparison begin(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOption
   return c;
 }
 
-Comparison run(const Cloud& cloud_a, const Cloud& cloud_b, const CompareOptions& options, const Context& context,
-               Pair* scans) {
+Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const CompareOptions& options,
+               const Context& context, Pair* scans) {
   Comparison c = begin(cloud_a, cloud_b, options);
   stages::Clock clock(c.timing, context);
 
@@ -131,13 +131,14 @@ void check(const CompareOptions& options) {
   stages::check_currents(options);
 }
 
-Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context) {
+Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context) {
   Comparison result;
   run_with_threads(context.threads, [&] { result = run(a, b, options, context, nullptr); });
   return result;
 }
 
-Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context, Pair& scans) {
+Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context,
+                   Pair& scans) {
   Comparison result;
   run_with_threads(context.threads, [&] { result = run(a, b, options, context, &scans); });
   return result;

@@ -1,20 +1,21 @@
 // THE PAGE's header: compare(a, b, options).
 #pragma once
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/overlay/pair.hpp"
 
 namespace isopach {
 
-/// How much and where b differs from a (docs/method/method.md). Errors: OverlapError when the hulls are disjoint, touch
-/// only, or coverage is below options.min_coverage; InputError for scans without usable points or with CRS that do not
-/// match.
-[[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context);
+/// How much and where b differs from a (docs/method/method.md): two Clouds, or views of arrays of the caller's own.
+/// Errors: OverlapError when the hulls are disjoint, touch only, or coverage is below options.min_coverage; InputError
+/// for scans without usable points or with CRS that do not match.
+[[nodiscard]] Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options,
+                                 const Context& context);
 
 /// The same, and `scans` keeps what was made of each scan on the way: nodes, triangulation, what the border keeps of it
 /// and what of that is folded.
-[[nodiscard]] Comparison compare(const Cloud& a, const Cloud& b, const CompareOptions& options, const Context& context,
-                                 Pair& scans);
+[[nodiscard]] Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options,
+                                 const Context& context, Pair& scans);
 
 }  // namespace isopach

@@ -65,7 +65,7 @@ void check_currents(const CompareOptions& options) {
     throw UsageError("@measure currents: they are of plane triangles: leave @interpolation cubic out");
 }
 
-void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c) {
+void check_currents_units(const CloudView& a, const CloudView& b, const Comparison& c) {
   if (!asked(c.options) || !c.options.unit.empty()) return;
   const std::string& heights = a.vertical_unit != "unknown" ? a.vertical_unit : b.vertical_unit;
   if (c.unit == "deg" || (c.unit != "unknown" && heights != "unknown" && heights != c.unit))

@@ -8,7 +8,7 @@ namespace isopach::stages {
 void check_currents(const CompareOptions& options);
 
 /// Refuses scans whose heights have another unit than x and y: currents are in space. After check_units.
-void check_currents_units(const Cloud& a, const Cloud& b, const Comparison& c);
+void check_currents_units(const CloudView& a, const CloudView& b, const Comparison& c);
 
 /// c.currents, if options.measure asks for them; sets the sigma that was used in c.currents alone. Over the overlap the
 /// kept triangles of each scan are cut to the footprint of the other. Throws OverlapError where none of a scan lies

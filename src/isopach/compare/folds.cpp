@@ -11,7 +11,7 @@ namespace isopach::stages {
 namespace {
 
 // Heights of points are asked for again: a comparison keeps one for each node.
-Array<double> merged_spread(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+Array<double> merged_spread(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   Array<double> least(field.xy.size(), infinity), most(field.xy.size(), -infinity);
   for (std::size_t i = 0; i < cloud.points.size(); ++i) {
@@ -26,7 +26,7 @@ Array<double> merged_spread(const Cloud& cloud, const Pose& pose, const Frame& f
 
 }  // namespace
 
-MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair,
+MergedSpreads merged_spreads(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair,
                              const CompareOptions& options) {
   MergedSpreads spreads;
   const bool along_z = std::fabs(pair.frame.rotation[8]) == 1;

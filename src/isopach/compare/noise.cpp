@@ -103,7 +103,7 @@ NullDifference unite_unchanged(NullDifferences unchanged, const UnitedNodes& nod
   return unite(unchanged, nodes);
 }
 
-NodeSigmas sigmas_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, const CompareOptions& options,
+NodeSigmas sigmas_of_nodes(const CloudView& a, const CloudView& b, const Pair& pair, const CompareOptions& options,
                            const Context& context) {
   const UncertaintyOptions& o = options.uncertainty;
   if (o.sigma1.kind == SigmaSource::Kind::none) return {};

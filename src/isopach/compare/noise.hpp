@@ -17,7 +17,7 @@ namespace isopach::stages {
 /// rule the node has the largest of its points (the least that is certainly enough). A function of the set of points.
 /// Errors, naming `option` (e.g. "@sigma1"): no such attribute, a raster that cannot be read or does not reach a
 /// point, a value that is no standard deviation.
-[[nodiscard]] Array<double> sigma_of_nodes(const Cloud& cloud, const Pose& pose, const HeightField& field,
+[[nodiscard]] Array<double> sigma_of_nodes(const CloudView& cloud, const Pose& pose, const HeightField& field,
                                            const SigmaSource& source, DuplicatePolicy policy, const std::string& option,
                                            const Context& context);
 
@@ -30,7 +30,7 @@ void check_uncertainty(const UncertaintyOptions& options);
 /// σ by node of each scan; empty: none is given.
 using NodeSigmas = std::array<Array<double>, 2>;
 /// As options.uncertainty gives them. Errors as of sigma_of_nodes.
-[[nodiscard]] NodeSigmas sigmas_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair,
+[[nodiscard]] NodeSigmas sigmas_of_nodes(const CloudView& a, const CloudView& b, const Pair& pair,
                                          const CompareOptions& options, const Context& context);
 
 /// What is known of noise over the exact overlay, where it is asked for.

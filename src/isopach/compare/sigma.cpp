@@ -15,15 +15,15 @@ namespace isopach::stages {
 namespace {
 
 // σ of each point that became (part of) a node; of no interest elsewhere.
-Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaSource& source,
+Array<double> sigma_of_points(const CloudView& cloud, const Pose& pose, const SigmaSource& source,
                               const std::string& option) {
   Array<double> sigma(cloud.points.size());
   if (source.kind == SigmaSource::Kind::attribute) {
-    const Attribute* attribute = cloud.find_attribute(source.name);
+    const AttributeView* attribute = cloud.find_attribute(source.name);
     if (attribute == nullptr)
       throw InputError(fmt::format("{}: {} has no attribute '{}': `isopach info` lists the attributes of a file",
                                    option, cloud.path.empty() ? "the scan" : cloud.path, source.name));
-    return attribute->values;
+    return attribute->values.copy();
   }
   if (source.kind == SigmaSource::Kind::raster) {
     if (!source.raster)
@@ -49,8 +49,9 @@ Array<double> sigma_of_points(const Cloud& cloud, const Pose& pose, const SigmaS
 
 }  // namespace
 
-Array<double> sigma_of_nodes(const Cloud& cloud, const Pose& pose, const HeightField& field, const SigmaSource& source,
-                             DuplicatePolicy policy, const std::string& option, const Context& context) {
+Array<double> sigma_of_nodes(const CloudView& cloud, const Pose& pose, const HeightField& field,
+                             const SigmaSource& source, DuplicatePolicy policy, const std::string& option,
+                             const Context& context) {
   context.check();
   const Array<double> of_point = sigma_of_points(cloud, pose, source, option);
   const std::size_t nodes = field.z.size();

@@ -22,7 +22,7 @@ namespace isopach::stages {
 
 namespace {
 
-std::string name_of(const Cloud& cloud, const char* role) {
+std::string name_of(const CloudView& cloud, const char* role) {
   return cloud.path.empty() ? std::string("scan ") + role : cloud.path;
 }
 
@@ -31,7 +31,7 @@ bool is_pseudo_mercator(const std::string& crs) {
          crs.find("Popular Visualisation") != std::string::npos;
 }
 
-InputSummary summarise(const Cloud& cloud, const char* role, const Pose& pose, const HeightField& field) {
+InputSummary summarise(const CloudView& cloud, const char* role, const Pose& pose, const HeightField& field) {
   InputSummary s = summarise_file(cloud, role);
   s.nodes = field.xy.size();
   s.cleaning = field.cleaning;
@@ -206,7 +206,7 @@ void check_options(const CompareOptions& options) {
     throw UsageError(fmt::format("@alpha: {} is no radius, give one above 0 in the unit of x and y", options.alpha));
 }
 
-void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c) {
+void check_units(const CloudView& a, const CloudView& b, const CompareOptions& options, Comparison& c) {
   for (const auto& [cloud, role] : {std::pair{&a, "A"}, std::pair{&b, "B"}}) {
     for (const std::string& note : cloud->notes) {  // readers that know the file's name have said it
       const std::string name = name_of(*cloud, role) + ": ";
@@ -241,7 +241,7 @@ void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, 
                          "·" + c.unit + "²");
 }
 
-InputSummary summarise_file(const Cloud& cloud, const char* role) {
+InputSummary summarise_file(const CloudView& cloud, const char* role) {
   InputSummary s;
   s.role = role;
   s.path = cloud.path;
@@ -253,7 +253,7 @@ InputSummary summarise_file(const Cloud& cloud, const char* role) {
   return s;
 }
 
-void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair, Comparison& c,
+void describe_inputs(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, Comparison& c,
                      const Context& context) {
   const HeightField &a = pair.scan[0].field, &b = pair.scan[1].field;
   c.a = summarise(cloud_a, "A", Pose{}, a);
@@ -402,9 +402,9 @@ void find_footprints(Pair& pair, const CompareOptions& options, const Context& c
   });
 }
 
-void describe_points(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair, const Borders& borders,
+void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, const Borders& borders,
                      Comparison& c) {
-  const auto describe = [&](std::size_t k, const Cloud& cloud, const Pose& pose, PointFields& f) {
+  const auto describe = [&](std::size_t k, const CloudView& cloud, const Pose& pose, PointFields& f) {
     const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
     const auto in_fold = [&](Index node) {  // a node with all of its triangles in folds
       return borders.left_out && own.side[node] != Side::outside &&

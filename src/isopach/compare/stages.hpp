@@ -39,12 +39,12 @@ class Clock {
 void check_options(const CompareOptions& options);
 
 /// Refuses degrees, pseudo-Mercator and differing CRS or units unless options.allow_crs; sets the unit of the result.
-void check_units(const Cloud& a, const Cloud& b, const CompareOptions& options, Comparison& c);
+void check_units(const CloudView& a, const CloudView& b, const CompareOptions& options, Comparison& c);
 
 /// What the file says of itself and how many points it has.
-[[nodiscard]] InputSummary summarise_file(const Cloud& cloud, const char* role);
+[[nodiscard]] InputSummary summarise_file(const CloudView& cloud, const char* role);
 
-void describe_inputs(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair, Comparison& c,
+void describe_inputs(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, Comparison& c,
                      const Context& context);
 
 /// Counts of triangles and visits, areas of the hulls. Throws OverlapError where a scan covers no area that is asked
@@ -76,7 +76,7 @@ struct MergedSpread {
   bool is_raster = false;  ///< a raster seen along z: one height a cell, so there is no fold to look for
 };
 using MergedSpreads = std::array<MergedSpread, 2>;
-[[nodiscard]] MergedSpreads merged_spreads(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair,
+[[nodiscard]] MergedSpreads merged_spreads(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair,
                                            const CompareOptions& options);
 
 /// The nodes of both scans against the footprints of both.
@@ -105,7 +105,7 @@ void find_footprints(Pair& pair, const CompareOptions& options, const Context& c
 
 /// Of A: other surface − own height, of B: own height − other surface, into c.fields_a and c.fields_b. NaN where there
 /// is none, and at nodes that lie in folds of their own scan alone, where folds are left out.
-void describe_points(const Cloud& cloud_a, const Cloud& cloud_b, const Pair& pair, const Borders& borders,
+void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, const Borders& borders,
                      Comparison& c);
 
 /// T with both heights at its nodes, and which of its triangles lie in the domain; `common` keeps the ids of its nodes

@@ -18,13 +18,13 @@ namespace {
 using Kind = WeightSource::Kind;
 using From = WeightSource::Scan;
 
-std::string name_of(const Cloud& cloud, const char* role) {
+std::string name_of(const CloudView& cloud, const char* role) {
   return cloud.path.empty() ? std::string("scan ") + role : cloud.path;
 }
 
 }  // namespace
 
-Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute, const HeightField& field,
+Array<double> attribute_of_nodes(const CloudView& cloud, const AttributeView& attribute, const HeightField& field,
                                  const std::string& file) {
   Index nodes = 0;
   for (const Index node : field.node_of_point)
@@ -66,7 +66,7 @@ void check_read(const WeightSource& source) {
                                  lacks_formula ? "the function" : "its values"));
 }
 
-NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c) {
+NodeWeight weight_of_nodes(const CloudView& a, const CloudView& b, const Pair& pair, Comparison& c) {
   const WeightSource& source = c.options.weight;
   NodeWeight w;
   if (source.kind == Kind::none) return w;
@@ -77,8 +77,8 @@ NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Com
   const std::string& text = source.text;
   check_read(source);
   if (source.kind == Kind::attribute) {
-    const Attribute* of_a = source.scan == From::b ? nullptr : a.find_attribute(text);
-    const Attribute* of_b = source.scan == From::a ? nullptr : b.find_attribute(text);
+    const AttributeView* of_a = source.scan == From::b ? nullptr : a.find_attribute(text);
+    const AttributeView* of_b = source.scan == From::a ? nullptr : b.find_attribute(text);
     if (of_a == nullptr && of_b == nullptr)
       throw InputError(fmt::format("@weight: {} attribute '{}': `isopach info` lists the attributes of a file",
                                    source.scan == From::a ? name_of(a, "A") + " has no"

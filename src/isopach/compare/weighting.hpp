@@ -17,8 +17,8 @@ void check_read(const WeightSource& source);
 
 /// The mean of the values of the points of each node, whatever their order. Errors, naming --weight and `file`: a value
 /// below 0 or not finite.
-[[nodiscard]] Array<double> attribute_of_nodes(const Cloud& cloud, const Attribute& attribute, const HeightField& field,
-                                               const std::string& file);
+[[nodiscard]] Array<double> attribute_of_nodes(const CloudView& cloud, const AttributeView& attribute,
+                                               const HeightField& field, const std::string& file);
 
 /// What options.weight names, looked at before any work: the values of an attribute at the nodes of its scan, or a
 /// raster.
@@ -30,7 +30,7 @@ struct NodeWeight {
 };
 /// A node of several points has the mean of their values. Errors, naming --weight: no such attribute, a value below 0
 /// or not finite, a formula or a raster that was named but not read, a raster with another direction than z.
-[[nodiscard]] NodeWeight weight_of_nodes(const Cloud& a, const Cloud& b, const Pair& pair, Comparison& c);
+[[nodiscard]] NodeWeight weight_of_nodes(const CloudView& a, const CloudView& b, const Pair& pair, Comparison& c);
 
 /// The weight in both surfaces.
 class Weighting {

@@ -97,12 +97,12 @@ double diagonal(const PosedScan& a, const PosedScan& b) {
 }
 
 /// Sets the unit of the result. Distances in space mean nothing where z has another unit than x and y.
-void check_units(const Cloud& a, const Cloud& b, Distances& d) {
+void check_units(const CloudView& a, const CloudView& b, Distances& d) {
   const DistanceOptions& options = d.options;
   Comparison units;  // what compare says of units and CRS holds here too
   units.options.unit = options.unit;
   units.options.allow_crs = options.allow_crs;
-  for (const Cloud* cloud : {&a, &b}) {
+  for (const CloudView* cloud : {&a, &b}) {
     if (!options.unit.empty() || cloud->unit == "unknown" || cloud->vertical_unit == "unknown" ||
         cloud->unit == cloud->vertical_unit)
       continue;
@@ -121,11 +121,11 @@ void check_units(const Cloud& a, const Cloud& b, Distances& d) {
   d.warnings.insert(d.warnings.end(), units.warnings.begin(), units.warnings.end());
 }
 
-M3c2Result measure_m3c2(const Cloud* cores, const PosedScan& a, const PosedScan& b, const Distances& d,
-                        const Context& context) {
+M3c2Result measure_m3c2(const std::optional<CloudView>& cores, const PosedScan& a, const PosedScan& b,
+                        const Distances& d, const Context& context) {
   M3c2Result result;
   Array<Point3> places;
-  if (cores != nullptr) {
+  if (cores) {
     for (const Point3& p : cores->points)
       if (is_finite(p)) result.cores.push_back(p), places.push_back(d.frame.to_field(p));
     if (places.empty())
@@ -157,10 +157,10 @@ M3c2Result measure_m3c2(const Cloud* cores, const PosedScan& a, const PosedScan&
 
 class Page {
  public:
-  Page(const Cloud& cloud_a, const Cloud& cloud_b, Distances& d, const Context& context)
+  Page(const CloudView& cloud_a, const CloudView& cloud_b, Distances& d, const Context& context)
       : cloud_a_(cloud_a), cloud_b_(cloud_b), d_(d), context_(context), clock_(d.timing, context) {}
 
-  void run(const Cloud* cores) {
+  void run(const std::optional<CloudView>& cores) {
     prepare();
     measure_points();
     measure_surfaces();
@@ -186,11 +186,11 @@ class Page {
     d_.own_faces_a = a_.mesh.own_faces, d_.own_faces_b = b_.mesh.own_faces;
     d_.trimmed_a = a_.mesh.trimmed_area, d_.trimmed_b = b_.mesh.trimmed_area;
   }
-  void load(const Cloud& cloud, const Pose& pose, PosedScan& scan) {
+  void load(const CloudView& cloud, const Pose& pose, PosedScan& scan) {
     scan.field = project(cloud, pose, d_.frame, d_.options.project, context_);
     scan.kept = scan_points(cloud, pose, d_.frame, scan.field);
   }
-  void lay(const Cloud& cloud, const Pose& pose, PosedScan& scan) {
+  void lay(const CloudView& cloud, const Pose& pose, PosedScan& scan) {
     scan.mesh = make_mesh(cloud, pose, d_.frame, scan.field, d_.options.mesh,
                           {d_.options.border == BorderRule::trim, d_.options.max_edge}, context_);
     scan.tree = std::make_unique<SurfaceTree>(scan.mesh);
@@ -249,7 +249,7 @@ class Page {
       bound->at = d_.frame.to_input(bound->at);
   }
 
-  const Cloud &cloud_a_, &cloud_b_;
+  CloudView cloud_a_, cloud_b_;
   Distances& d_;
   const Context& context_;
   stages::Clock clock_;
@@ -277,8 +277,8 @@ void check(const DistanceOptions& options) {
   if (options.samples < 1) throw UsageError("@samples: at least 1 a triangle");
 }
 
-Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const DistanceOptions& options,
-                   const Context& context) {
+Distances distance(const CloudView& a, const CloudView& b, const std::optional<CloudView>& cores,
+                   const DistanceOptions& options, const Context& context) {
   check(options);
   Distances d;
   d.options = options;

@@ -89,7 +89,7 @@ void check(const DistanceOptions& options);
 /// threads. Errors: InputError as choose_frame, project, make_mesh, and where heights have another unit than x and y;
 /// UsageError as check, and for a tolerance below rounding; not converged, see
 /// directed_hausdorff. Oracles: tests/distance/distance_test.cpp.
-[[nodiscard]] Distances distance(const Cloud& a, const Cloud& b, const Cloud* cores, const DistanceOptions& options,
-                                 const Context& context);
+[[nodiscard]] Distances distance(const CloudView& a, const CloudView& b, const std::optional<CloudView>& cores,
+                                 const DistanceOptions& options, const Context& context);
 
 }  // namespace isopach

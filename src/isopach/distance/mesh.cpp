@@ -8,7 +8,7 @@
 namespace isopach {
 namespace {
 
-std::string name_of(const Cloud& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
+std::string name_of(const CloudView& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
 
 Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightField& field, const MeshBorder& border,
                    const Context& context) {
@@ -30,7 +30,8 @@ Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightFiel
   return mesh;
 }
 
-Mesh mesh_of_faces(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+Mesh mesh_of_faces(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+  check_faces(cloud);
   Mesh mesh;
   mesh.own_faces = true;
   mesh.points.resize(cloud.points.size());
@@ -46,7 +47,7 @@ Mesh mesh_of_faces(const Cloud& cloud, const Pose& pose, const Frame& frame, con
 
 }  // namespace
 
-ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+ScanPoints scan_points(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
   ScanPoints scan;
   scan.points.reserve(cloud.points.size());
   scan.ids.reserve(cloud.points.size());
@@ -58,8 +59,8 @@ ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
   return scan;
 }
 
-Mesh make_mesh(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field, MeshSource source,
-               const MeshBorder& border, const Context& context) {
+Mesh make_mesh(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
+               MeshSource source, const MeshBorder& border, const Context& context) {
   if (source == MeshSource::faces && cloud.faces.empty())
     throw InputError(name_of(cloud) + ": has no faces: leave out @mesh faces, or give a mesh");
   const bool own = source != MeshSource::delaunay && !cloud.faces.empty();

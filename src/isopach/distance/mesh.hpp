@@ -4,7 +4,7 @@
 #include <array>
 
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/field/height_field.hpp"
 
 namespace isopach {
@@ -36,14 +36,14 @@ struct ScanPoints {
   Array<Point3> points;
   Array<Index> ids;  ///< points[i] is point ids[i] of the cloud
 };
-[[nodiscard]] ScanPoints scan_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
+[[nodiscard]] ScanPoints scan_points(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                      const HeightField& field);
 
 /// The surface of a scan. Faces with a corner that `field` dropped are left out. Errors: InputError, naming the file,
 /// where no face is left, where points all lie on one line along the direction, or where faces are asked for and the
 /// file has none. A node that the border leaves without a triangle stays a point without surface. Cost: that of
 /// `triangulate`, or O(faces).
-[[nodiscard]] Mesh make_mesh(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
+[[nodiscard]] Mesh make_mesh(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
                              MeshSource source, const MeshBorder& border, const Context& context);
 
 /// Area of a face.

@@ -10,18 +10,18 @@
 
 namespace isopach {
 
-Filter::Filter(const Cloud& cloud, const Pose& pose, const ProjectOptions& options)
+Filter::Filter(const CloudView& cloud, const Pose& pose, const ProjectOptions& options)
     : cloud_(cloud), pose_(pose), options_(options) {
   if (options.classes.empty()) return;
-  const Attribute* attribute = cloud.find_attribute("classification");
+  const AttributeView* attribute = cloud.find_attribute("classification");
   if (attribute == nullptr)
     throw InputError(
         fmt::format("{}: points have no classification; leave the class option out for this file", cloud_name(cloud)));
-  classes_ = &attribute->values;
+  classes_ = attribute->values;
 }
 
 Filter::Fate Filter::fate_by_options(std::size_t i, const Point3& p) const {
-  if (classes_ != nullptr) {
+  if (classes_) {
     const double value = (*classes_)[i];
     const auto& wanted = options_.classes;
     if (std::none_of(wanted.begin(), wanted.end(), [&](int c) { return c == value; })) return Fate::wrong_class;
@@ -33,7 +33,7 @@ Filter::Fate Filter::fate_by_options(std::size_t i, const Point3& p) const {
   return Fate::kept;
 }
 
-std::string cloud_name(const Cloud& cloud) { return cloud.path.empty() ? "point cloud" : cloud.path; }
+std::string cloud_name(const CloudView& cloud) { return cloud.path.empty() ? "point cloud" : cloud.path; }
 
 Cleaning count_dropped(const Filter& filter) {
   return reduce_blocks<Cleaning>(
@@ -59,7 +59,7 @@ Cleaning count_dropped(const Filter& filter) {
 
 std::size_t count_kept(const Cleaning& c) { return c.points - c.dropped_nonfinite - c.dropped_class - c.dropped_crop; }
 
-void require_points(const Cloud& cloud, const Cleaning& c) {
+void require_points(const CloudView& cloud, const Cleaning& c) {
   if (count_kept(c) > 0) return;
   throw InputError(fmt::format(
       "{}: no point is left of {} (dropped: {} not finite, {} by class, {} by crop); check the file, class and crop",
@@ -102,7 +102,7 @@ Kept keep_points(const Filter& filter, const Frame& frame, const Cleaning& clean
   return result;
 }
 
-void check_size(const Cloud& cloud, std::size_t count, std::size_t most, const char* what) {
+void check_size(const CloudView& cloud, std::size_t count, std::size_t most, const char* what) {
   if (count > most)
     throw InputError(
         fmt::format("{}: {} {}, this build holds {}; crop or tile the comparison, or build with 64-bit indices",

@@ -2,11 +2,12 @@
 // field/.
 #pragma once
 #include <cstddef>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/rigid.hpp"
 
@@ -16,35 +17,35 @@ class Filter {
  public:
   enum class Fate { kept, nonfinite, wrong_class, cropped };
 
-  /// The arguments are kept by reference. Throws InputError if classes are asked for and the cloud has none.
-  Filter(const Cloud& cloud, const Pose& pose, const ProjectOptions& options);
+  /// `pose` and `options` are kept by reference. Throws InputError if classes are asked for and the cloud has none.
+  Filter(const CloudView& cloud, const Pose& pose, const ProjectOptions& options);
 
   [[nodiscard]] std::size_t size() const { return cloud_.points.size(); }
-  [[nodiscard]] const Cloud& cloud() const { return cloud_; }
+  [[nodiscard]] const CloudView& cloud() const { return cloud_; }
   [[nodiscard]] Point3 posed(std::size_t i) const { return pose_.apply(cloud_.points[i]); }
   /// What becomes of point i, whose posed(i) is p.
   [[nodiscard]] Fate fate(std::size_t i, const Point3& p) const {
     if (!is_finite(p)) return Fate::nonfinite;
-    return classes_ == nullptr && !options_.crop ? Fate::kept : fate_by_options(i, p);
+    return !classes_ && !options_.crop ? Fate::kept : fate_by_options(i, p);
   }
 
  private:
   [[nodiscard]] Fate fate_by_options(std::size_t i, const Point3& p) const;
 
-  const Cloud& cloud_;
+  CloudView cloud_;
   const Pose& pose_;
   const ProjectOptions& options_;
-  const Array<double>* classes_ = nullptr;
+  std::optional<ValuesView> classes_;  ///< if some of them are asked for
 };
 
 /// "scan.las", or a word for a cloud made in memory: how messages begin.
-[[nodiscard]] std::string cloud_name(const Cloud& cloud);
+[[nodiscard]] std::string cloud_name(const CloudView& cloud);
 
 /// Counts points and dropped_*.
 [[nodiscard]] Cleaning count_dropped(const Filter& filter);
 [[nodiscard]] std::size_t count_kept(const Cleaning& cleaning);
 /// Throws InputError, with the reasons, if nothing is kept.
-void require_points(const Cloud& cloud, const Cleaning& cleaning);
+void require_points(const CloudView& cloud, const Cleaning& cleaning);
 
 /// The kept points in the plane, and which points they are.
 struct Kept {
@@ -60,7 +61,7 @@ struct Kept {
 std::size_t counts_to_places(std::vector<std::size_t>& counts);
 [[nodiscard]] inline std::size_t block_count(std::size_t n) { return (n + default_block - 1) / default_block; }
 /// Throws InputError if this build cannot hold so many ("points", ...).
-void check_size(const Cloud& cloud, std::size_t count, std::size_t most, const char* what);
+void check_size(const CloudView& cloud, std::size_t count, std::size_t most, const char* what);
 
 /// add(T&, posed point) over the kept points of each block, then combine(T&, const T&) in block order.
 template <class T, class Add, class Combine>

@@ -199,7 +199,7 @@ Point3 Frame::to_input(const Point3& p) const {
           (r[2] * p.x + r[5] * p.y + r[8] * p.z) + origin.z};
 }
 
-Frame choose_frame(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
+Frame choose_frame(const CloudView& a, const CloudView& b, const Pose& pose_b, const ProjectOptions& options,
                    const Context& context) {
   context.check();
   const Pose identity;

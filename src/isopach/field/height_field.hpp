@@ -9,7 +9,7 @@
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
 #include "isopach/base/types.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/geom/curve.hpp"
 #include "isopach/geom/rigid.hpp"
 #include "isopach/geom/vec.hpp"
@@ -68,13 +68,13 @@ struct HeightField {
 /// Cost: O(n), 2 to 3 passes, no memory. Errors: InputError when a cloud has no point left, when the coordinates spread
 /// over more than 1e60, or when a plane is to be fitted to points on one line; UsageError when the vector is no
 /// direction.
-[[nodiscard]] Frame choose_frame(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
-                                 const Context& context);
+[[nodiscard]] Frame choose_frame(const CloudView& a, const CloudView& b, const Pose& pose_b,
+                                 const ProjectOptions& options, const Context& context);
 
 /// Projects one cloud. The result depends on the set of points, not on their order (but for DuplicatePolicy::first).
 /// Cost: O(n) (radix sort). Errors: InputError when the attribute "classification" is missing and classes are asked
 /// for, when duplicates are forbidden and present, and when no point is left.
-[[nodiscard]] HeightField project(const Cloud& cloud, const Pose& pose, const Frame& frame,
+[[nodiscard]] HeightField project(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                   const ProjectOptions& options, const Context& context);
 
 /// Share of the occupied area in which the scan has several layers along the direction (0 for a true height field).
@@ -86,11 +86,11 @@ struct HeightField {
 /// like a layer. A function of the set of points. `field` is the projection of the cloud. Cost: O(n), two passes over
 /// the nodes and O(1) work per judged point; where points were merged also 12 bytes a point. Oracle: the scenes of
 /// tests/field/layers_test.cpp. See the docs page "height field".
-[[nodiscard]] double layered_share(const HeightField& field, const Cloud& cloud, const Pose& pose, const Frame& frame,
-                                   const Context& context);
+[[nodiscard]] double layered_share(const HeightField& field, const CloudView& cloud, const Pose& pose,
+                                   const Frame& frame, const Context& context);
 
 /// The same of a cloud that is not projected yet. Errors: as project, but duplicates are never refused.
-[[nodiscard]] double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame,
+[[nodiscard]] double layered_share(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                    const ProjectOptions& options, const Context& context);
 
 }  // namespace isopach

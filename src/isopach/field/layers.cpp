@@ -209,7 +209,7 @@ class Sample {
 // The heights of the points of each node. Only where points were merged: else they are those of the nodes.
 class Heights {
  public:
-  Heights(const Cloud& cloud, const Pose& pose, const Frame& frame, const HeightField& field) : field_(field) {
+  Heights(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field) : field_(field) {
     if (field.cleaning.duplicates == 0) return;
     const std::size_t n = cloud.points.size();
     const auto for_kept = [&](const auto& work) {
@@ -245,7 +245,7 @@ struct Tally {
 
 }  // namespace
 
-double layered_share(const HeightField& field, const Cloud& cloud, const Pose& pose, const Frame& frame,
+double layered_share(const HeightField& field, const CloudView& cloud, const Pose& pose, const Frame& frame,
                      const Context& context) {
   context.check();
   const Array<unsigned char> shared = shared_levels(field.xy, frame.curve);
@@ -283,7 +283,7 @@ double layered_share(const HeightField& field, const Cloud& cloud, const Pose& p
   return tally.judged == 0 ? 0 : static_cast<double>(tally.layered) / static_cast<double>(tally.judged);
 }
 
-double layered_share(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
+double layered_share(const CloudView& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
                      const Context& context) {
   ProjectOptions merging = options;
   merging.duplicates = DuplicatePolicy::min;  // which, does not matter; an error would

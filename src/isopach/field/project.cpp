@@ -39,10 +39,10 @@ double merged_height(const std::vector<double>& sorted, double of_first, Duplica
   throw UsageError("unknown duplicate policy");
 }
 
-[[noreturn]] void refuse_duplicates(const Cloud& cloud, std::size_t duplicates, const Array<Point2>& sorted,
+[[noreturn]] void refuse_duplicates(const CloudView& cloud, std::size_t duplicates, const Array<Point2>& sorted,
                                     const Array<Index>& order, const Kept& kept) {
   const auto twin = std::adjacent_find(sorted.begin(), sorted.end());
-  const Point3& p = cloud.points[kept.point(order[static_cast<std::size_t>(twin - sorted.begin())])];
+  const Point3 p = cloud.points[kept.point(order[static_cast<std::size_t>(twin - sorted.begin())])];
   throw InputError(
       fmt::format("{}: {} points share their place in the plane with another point, the first at {}, {}, {}; "
                   "choose how to merge them (duplicates mean, min, max, median or first)",
@@ -99,7 +99,7 @@ struct Merger {
             constexpr std::size_t ahead = 16;  // the points of the cloud lie anywhere
             if (k + ahead < end) {
               const Index point = kept.point(order[k + ahead]);
-              prefetch(&filter.cloud().points[point]);
+              prefetch(filter.cloud().points.address(point));
               prefetch(&field.node_of_point[point]);
             }
             if (!begins_node(k)) continue;
@@ -126,7 +126,7 @@ struct Merger {
 
 }  // namespace
 
-HeightField project(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
+HeightField project(const CloudView& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,
                     const Context& context) {
   context.check();
   const Filter filter(cloud, pose, options);

@@ -117,7 +117,7 @@ class Trials {
   const Context& context_;
 };
 
-Point3 mean_of(const Cloud& cloud) {
+Point3 mean_of(const CloudView& cloud) {
   Box3 box;
   for (const Point3& p : cloud.points)
     if (std::isfinite(p.x) && std::isfinite(p.y) && std::isfinite(p.z)) box.add(p);
@@ -125,7 +125,7 @@ Point3 mean_of(const Cloud& cloud) {
 }
 
 /// MOVING brought to where FIXED is, unturned, so that all coordinates are small.
-Pose middle_on_middle(const Cloud& moving, const Cloud& fixed) {
+Pose middle_on_middle(const CloudView& moving, const CloudView& fixed) {
   const Point3 d = mean_of(fixed) - mean_of(moving);
   Pose pose;
   pose.m[3] = d.x, pose.m[7] = d.y, pose.m[11] = d.z;
@@ -161,8 +161,8 @@ bool is_another(const Pose& pose, const std::vector<Pose>& others, const Point3&
 
 }  // namespace
 
-std::vector<Pose> coarse_poses(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, std::size_t most,
-                               const Context& context) {
+std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
+                               std::size_t most, const Context& context) {
   const ProjectOptions& project = options.compare.project;
   ProjectOptions uncropped = project;  // what of MOVING lies in the crop is known at the pose alone
   uncropped.crop.reset();
@@ -206,7 +206,8 @@ std::vector<Pose> coarse_poses(const Cloud& moving, const Cloud& fixed, const Ma
   return poses;
 }
 
-Pose coarse_start(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
+Pose coarse_start(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
+                  const Context& context) {
   return coarse_poses(moving, fixed, options, 1, context).front();
 }
 

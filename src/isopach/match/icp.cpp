@@ -33,7 +33,7 @@ void check_boxes(const OrientedCloud& moving, const OrientedCloud& fixed) {
   if (apart) throw OverlapError("the scans do not overlap at the start: give @start, or let @coarse look for one");
 }
 
-Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const MatchOptions& options,
+Matching run(const CloudView& moving, const CloudView& fixed, const Pose& start, const MatchOptions& options,
              const Context& context) {
   check(options);
   const ProjectOptions& project = options.compare.project;
@@ -66,7 +66,7 @@ Matching run(const Cloud& moving, const Cloud& fixed, const Pose& start, const M
 
 }  // namespace
 
-Matching icp(const Cloud& moving, const Cloud& fixed, const Pose& start, const MatchOptions& options,
+Matching icp(const CloudView& moving, const CloudView& fixed, const Pose& start, const MatchOptions& options,
              const Context& context) {
   Matching result;
   run_with_threads(context.threads, [&] { result = run(moving, fixed, start, options, context); });

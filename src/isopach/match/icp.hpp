@@ -1,14 +1,14 @@
 // icp: the classic iterative closest points, the paper's equations (1) point-to-point and (3) point-to-plane, full 3D.
 #pragma once
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
 
 /// From `start`, by options.objective (icp_point or icp_plane). Fills pose, iterations, converged, reason, history,
 /// overlap, covariance, centre, weak_directions and stable of the result; the rest is match()'s.
-[[nodiscard]] Matching icp(const Cloud& moving, const Cloud& fixed, const Pose& start, const MatchOptions& options,
-                           const Context& context);
+[[nodiscard]] Matching icp(const CloudView& moving, const CloudView& fixed, const Pose& start,
+                           const MatchOptions& options, const Context& context);
 
 }  // namespace isopach

@@ -17,7 +17,7 @@ void Judge::take_as_nominal(bool moving, bool fixed) {
   scans_.reset();
 }
 
-JudgedScan Judge::judged(const Cloud& cloud, const ProjectOptions& project, bool nominal) const {
+JudgedScan Judge::judged(const CloudView& cloud, const ProjectOptions& project, bool nominal) const {
   if (!nominal) return judged_scan(cloud, project, context_);
   ProjectOptions all = project;
   all.classes.clear();  // of points, which these are not

@@ -9,8 +9,8 @@ namespace isopach {
 
 class Judge {
  public:
-  /// The arguments are kept by reference. `options` as in match().
-  Judge(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context)
+  /// `options` and `context` are kept by reference. `options` as in match().
+  Judge(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, const Context& context)
       : moving_(moving), fixed_(fixed), options_(options), context_(context) {}
 
   /// From now on these are nominal meshes, judged by points on their faces: their corners alone show too little.
@@ -38,10 +38,9 @@ class Judge {
     std::array<double, 9> axes{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< that the freedom speaks of
   };
   const Scans& scans();
-  [[nodiscard]] JudgedScan judged(const Cloud& cloud, const ProjectOptions& project, bool nominal) const;
+  [[nodiscard]] JudgedScan judged(const CloudView& cloud, const ProjectOptions& project, bool nominal) const;
 
-  const Cloud& moving_;
-  const Cloud& fixed_;
+  CloudView moving_, fixed_;
   const MatchOptions& options_;
   const Context& context_;
   bool nominal_moving_ = false, nominal_fixed_ = false;

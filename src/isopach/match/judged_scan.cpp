@@ -38,7 +38,7 @@ bool before(const Keyed& a, const Keyed& b) {
   return a.p.y != b.p.y ? a.p.y < b.p.y : a.p.z < b.p.z;
 }
 
-Array<Keyed> chosen_points(const Cloud& cloud, const ProjectOptions& project, std::uint64_t seed) {
+Array<Keyed> chosen_points(const CloudView& cloud, const ProjectOptions& project, std::uint64_t seed) {
   const Pose unmoved;
   const Filter filter(cloud, unmoved, project);
   Array<Keyed> kept;
@@ -232,7 +232,7 @@ std::uint64_t point_key(const Point3& p, std::uint64_t seed) {
   return RandomStream(first, bits(p.z)).bits(0);
 }
 
-JudgedScan judged_scan(const Cloud& cloud, const ProjectOptions& project, const Context& context) {
+JudgedScan judged_scan(const CloudView& cloud, const ProjectOptions& project, const Context& context) {
   context.check();
   JudgedScan scan;
   const Array<Keyed> chosen = chosen_points(cloud, project, context.seed);

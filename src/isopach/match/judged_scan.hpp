@@ -6,7 +6,7 @@
 
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/distance/point_tree.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/match/viewing.hpp"
@@ -57,6 +57,6 @@ inline constexpr std::size_t normal_of = 12;         ///< points that a normal i
 ///
 /// A scan of fewer than 60 points is not usable(). Cost O(n) for the choice, then 50 ms on one core.
 /// Test: JudgedScan.* in tests/match/verdict_test.cpp, against a twin that looks at all pairs.
-[[nodiscard]] JudgedScan judged_scan(const Cloud& cloud, const ProjectOptions& project, const Context& context);
+[[nodiscard]] JudgedScan judged_scan(const CloudView& cloud, const ProjectOptions& project, const Context& context);
 
 }  // namespace isopach

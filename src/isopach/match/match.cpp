@@ -34,7 +34,8 @@ Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.
 
 /// MOVING (as B) on FIXED (as A) where it starts: the scans as meshes, and how they lie on one another if that is
 /// asked for.
-Pair at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock, const Context& context) {
+Pair at_start(const CloudView& moving, const CloudView& fixed, Matching& m, stages::Clock& clock,
+              const Context& context) {
   CompareOptions options = m.options.compare;
   options.pose = m.options.start;
   Pair pair;
@@ -69,8 +70,8 @@ Pair at_start(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Cloc
 /// The search by the measure, again on the facets of a scan that could be a nominal mesh: it is one if the points of
 /// the other lie on its facets where these lead to. Of two, FIXED alone: points of one of them are needed.
 template <class Search>
-SearchResult search_with_nominal(const Cloud& moving, const Cloud& fixed, MatchSurface& g, MatchSurface& f, Matching& m,
-                                 const Search& search_from, const Context& context) {
+SearchResult search_with_nominal(const CloudView& moving, const CloudView& fixed, MatchSurface& g, MatchSurface& f,
+                                 Matching& m, const Search& search_from, const Context& context) {
   SearchResult found = search_from(g, f);
   const auto shown = [&](bool of_fixed, const Motion& motion) {
     return of_fixed ? rise_shown(g, f, motion, false, context) : rise_shown(f, g, motion, true, context);
@@ -89,7 +90,7 @@ SearchResult search_with_nominal(const Cloud& moving, const Cloud& fixed, MatchS
 }
 
 /// The objectives `measure` and `currents`: both scans in one frame, triangulated once, then the search.
-void match_surfaces(const Cloud& moving, const Cloud& fixed, Pair pair, Matching& m, stages::Clock& clock,
+void match_surfaces(const CloudView& moving, const CloudView& fixed, Pair pair, Matching& m, stages::Clock& clock,
                     const Context& context) {
   clock.start("facets");
   Scan &a = pair.scan[0], &b = pair.scan[1];
@@ -113,7 +114,8 @@ void match_surfaces(const Cloud& moving, const Cloud& fixed, Pair pair, Matching
 }
 
 /// The objectives of pairs of points.
-void match_points(const Cloud& moving, const Cloud& fixed, Matching& m, stages::Clock& clock, const Context& context) {
+void match_points(const CloudView& moving, const CloudView& fixed, Matching& m, stages::Clock& clock,
+                  const Context& context) {
   clock.start("search");
   Matching found = icp(moving, fixed, m.options.start, m.options, context);
   clock.stop();
@@ -124,7 +126,7 @@ void match_points(const Cloud& moving, const Cloud& fixed, Matching& m, stages::
 }
 
 /// One search from options.start.
-Matching search_once(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, stages::Clock& clock,
+Matching search_once(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, stages::Clock& clock,
                      const Context& context) {
   Matching m;
   m.options = options;
@@ -141,7 +143,7 @@ constexpr std::size_t most_places = 4;  // of a coarse search: the best one and 
 /// One matching: a search from the start, a verdict, and what follows from that.
 class Run {
  public:
-  Run(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context)
+  Run(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, const Context& context)
       : moving_(moving),
         fixed_(fixed),
         options_(options),
@@ -317,8 +319,7 @@ class Run {
     if (options_.keep_comparisons) m.comparison_after = std::move(after);
   }
 
-  const Cloud& moving_;
-  const Cloud& fixed_;
+  CloudView moving_, fixed_;
   const MatchOptions& options_;
   const Context& context_;
   Timing timing_;
@@ -335,7 +336,7 @@ void require_trust(const Matching& m, const std::string& option) {
   if (m.verdict) require_trust(*m.verdict, m.unit == "unknown" ? "units" : m.unit, option);
 }
 
-Matching match(const Cloud& moving, const Cloud& fixed, const MatchOptions& options, const Context& context) {
+Matching match(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, const Context& context) {
   Matching result;
   run_with_threads(context.threads, [&] {
     check_options(options);

@@ -1,7 +1,7 @@
 // match(moving, fixed, options): the rigid pose of MOVING that minimises the chosen objective.
 #pragma once
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/match/matching.hpp"
 
 namespace isopach {
@@ -16,7 +16,7 @@ namespace isopach {
 /// trusted pose is set beside the other places that a coarse search found, if one ran, and beside those where a scan
 /// repeats itself (match/repeats.hpp): as good, they are rivals (Grade::rival), unless the start lies nearer to the
 /// pose than a tenth of the way from there to them.
-[[nodiscard]] Matching match(const Cloud& moving, const Cloud& fixed, const MatchOptions& options,
+[[nodiscard]] Matching match(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
                              const Context& context);
 
 /// only_slides() of the verdict of a matching, if it has one: the warning that the verdict left stays.

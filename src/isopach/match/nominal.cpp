@@ -149,9 +149,10 @@ bool could_be_nominal(const RiseShown& shown) {
   return shown.patches > 0 && std::fabs(shown.share) - sure * shown.error < halfway;
 }
 
-bool may_be_nominal(const Cloud& cloud) { return !cloud.faces.empty() || cloud.format == "stl"; }
+bool may_be_nominal(const CloudView& cloud) { return !cloud.faces.empty() || cloud.format == "stl"; }
 
-Cloud points_on_faces(const Cloud& mesh, std::size_t count, std::uint64_t seed) {
+Cloud points_on_faces(const CloudView& mesh, std::size_t count, std::uint64_t seed) {
+  check_faces(mesh);
   const auto area = [&](const std::array<Index, 3>& face) {
     const Point3 &a = mesh.points[face[0]], &b = mesh.points[face[1]], &c = mesh.points[face[2]];
     const double size = length(cross(b - a, c - a)) / 2;

@@ -7,7 +7,7 @@
 // more in the middle of them where the surface has detail that the corners miss, or less where the corners carry noise.
 #pragma once
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/match/motion.hpp"
 #include "isopach/match/surface.hpp"
 
@@ -38,12 +38,12 @@ struct RiseShown {
 [[nodiscard]] bool could_be_nominal(const RiseShown& shown);
 
 /// Whether a file may hold a nominal mesh: it has faces.
-[[nodiscard]] bool may_be_nominal(const Cloud& cloud);
+[[nodiscard]] bool may_be_nominal(const CloudView& cloud);
 
 /// Points on the faces of a mesh, about `count`, as many to each unit of area; none of its corners. Random by `seed`
 /// and the corners of each face alone: the same points for any order of the faces. Faces that are none, whose corners
 /// lie on a line or are not finite, get none. Cost O(faces + count). Test: Nominal.PointsOnFaces.
-[[nodiscard]] Cloud points_on_faces(const Cloud& mesh, std::size_t count, std::uint64_t seed);
+[[nodiscard]] Cloud points_on_faces(const CloudView& mesh, std::size_t count, std::uint64_t seed);
 
 /// From now on the facets are the surface: no rise. Without `with_nodes` the nodes are none of a scan: no weight.
 void take_as_nominal(MatchSurface& s, bool with_nodes);

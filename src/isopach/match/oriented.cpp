@@ -54,7 +54,7 @@ void sort_placed(Placed* begin, Placed* end, int depth) {
   std::inplace_merge(begin, middle, end, before);
 }
 
-Array<Placed> kept_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project) {
+Array<Placed> kept_points(const CloudView& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project) {
   const Filter filter(cloud, pose, project);
   check_size(cloud, filter.size(), max_nodes, "points");
   Array<Placed> placed;
@@ -183,7 +183,7 @@ void even_out(Array<double>& areas) {
 
 }  // namespace
 
-OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project,
+OrientedCloud order_points(const CloudView& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& project,
                            double thin, const Context& context) {
   context.check();
   Array<Placed> placed = kept_points(cloud, pose, frame, project);

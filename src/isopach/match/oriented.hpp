@@ -5,7 +5,7 @@
 
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/distance/point_tree.hpp"
 #include "isopach/field/height_field.hpp"
 
@@ -33,7 +33,7 @@ inline constexpr std::size_t normal_neighbours = 16;
 
 /// The kept points of a cloud (project: classes, crop, not finite ones) after `pose`, without normals. `thin` > 0 keeps
 /// one point per cube of that side: the first in the order. Cost O(n log n).
-[[nodiscard]] OrientedCloud order_points(const Cloud& cloud, const Pose& pose, const Frame& frame,
+[[nodiscard]] OrientedCloud order_points(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                          const ProjectOptions& project, double thin, const Context& context);
 
 /// Tree, normals by total least squares over the nearest neighbours ([Hoppe1992], section 3.1), and boundary:

@@ -267,7 +267,7 @@ PoseEvidence evidence_at(const JudgedScan& moving, const JudgedScan& fixed, cons
   return e;
 }
 
-Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose, double noise,
+Array<PointVerdict> agreement_of(const CloudView& moving, const JudgedScan& fixed, const Pose& pose, double noise,
                                  const Context& context) {
   context.check();
   Array<PointVerdict> result(moving.points.size());

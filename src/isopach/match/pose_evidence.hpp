@@ -53,7 +53,7 @@ struct PoseEvidence {
 /// Of every point of a cloud, what it is to `fixed` at the pose; `noise` is that of both scans together. Points that
 /// are not finite, and points where `fixed` is seen edge-on (within 12 degrees), are not in view. Cost O(n log
 /// judged_points), in parallel.
-[[nodiscard]] Array<PointVerdict> agreement_of(const Cloud& moving, const JudgedScan& fixed, const Pose& pose,
+[[nodiscard]] Array<PointVerdict> agreement_of(const CloudView& moving, const JudgedScan& fixed, const Pose& pose,
                                                double noise, const Context& context);
 
 }  // namespace isopach

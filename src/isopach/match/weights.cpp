@@ -58,7 +58,7 @@ void give(MatchSurface& s, Array<double> values, const std::string& name) {
 
 }  // namespace
 
-void apply_weight(const Cloud& moving, const Cloud& fixed, const HeightField& moving_field,
+void apply_weight(const CloudView& moving, const CloudView& fixed, const HeightField& moving_field,
                   const HeightField& fixed_field, const Frame& frame, const CompareOptions& options,
                   MatchSurface& moving_surface, MatchSurface& fixed_surface) {
   const WeightSource& w = options.weight;
@@ -66,8 +66,8 @@ void apply_weight(const Cloud& moving, const Cloud& fixed, const HeightField& mo
   stages::check_read(w);
   if (w.kind == Kind::expression) return give(fixed_surface, by_formula(w, frame, fixed_surface), w.text);
   if (w.kind == Kind::raster) return give(fixed_surface, by_raster(w, frame, fixed_surface), w.text);
-  const Attribute* of_fixed = w.scan == From::b ? nullptr : fixed.find_attribute(w.text);
-  const Attribute* of_moving = w.scan == From::a ? nullptr : moving.find_attribute(w.text);
+  const AttributeView* of_fixed = w.scan == From::b ? nullptr : fixed.find_attribute(w.text);
+  const AttributeView* of_moving = w.scan == From::a ? nullptr : moving.find_attribute(w.text);
   if (of_moving != nullptr) {
     give(moving_surface, stages::attribute_of_nodes(moving, *of_moving, moving_field, "MOVING"), w.text);
   } else if (of_fixed != nullptr) {

@@ -4,7 +4,7 @@
 
 namespace isopach {
 
-Pair project_pair(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
+Pair project_pair(const CloudView& a, const CloudView& b, const Pose& pose_b, const ProjectOptions& options,
                   const Context& context) {
   Pair pair;
   pair.frame = choose_frame(a, b, pose_b, options, context);

@@ -5,7 +5,7 @@
 
 #include "isopach/base/context.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/overlay/overlay.hpp"
@@ -44,8 +44,8 @@ void for_both(F&& f) {
 }
 
 /// The frame of both and their nodes in it. Errors and cost as of choose_frame and project.
-[[nodiscard]] Pair project_pair(const Cloud& a, const Cloud& b, const Pose& pose_b, const ProjectOptions& options,
-                                const Context& context);
+[[nodiscard]] Pair project_pair(const CloudView& a, const CloudView& b, const Pose& pose_b,
+                                const ProjectOptions& options, const Context& context);
 
 /// T1 and T2. Cost O(n log n).
 void triangulate(Pair& pair, const Context& context);

@@ -91,7 +91,8 @@ void draw_key(Canvas& canvas, const Array<PointVerdict>& labels, double x, doubl
 
 }  // namespace
 
-Image render_agreement(const Cloud& moving, const Matching& m, const Frame& frame, int width, const Context& context) {
+Image render_agreement(const CloudView& moving, const Matching& m, const Frame& frame, int width,
+                       const Context& context) {
   if (width < 300 || width > 20000)
     throw UsageError("map width " + std::to_string(width) + ": must be between 300 and 20000 pixels");
   context.check();
@@ -138,7 +139,7 @@ Image render_agreement(const Cloud& moving, const Matching& m, const Frame& fram
   return canvas.image();
 }
 
-void write_agreement(const std::string& path, const Cloud& moving, const Matching& m, const Frame& frame, int width,
+void write_agreement(const std::string& path, const CloudView& moving, const Matching& m, const Frame& frame, int width,
                      const Context& context) {
   write_png(path, render_agreement(moving, m, frame, width, context));
 }

@@ -421,9 +421,10 @@ void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std
   write_text_atomically(path, Page(a, json, look).write(map_png));
 }
 
-void write_asymmetry_points(const std::string& path, const Cloud& face, const Asymmetry& a, const Context& context) {
+void write_asymmetry_points(const std::string& path, const CloudView& face, const Asymmetry& a,
+                            const Context& context) {
   Cloud out;
-  out.points = face.points;
+  out.points = face.points.copy();
   out.unit = face.unit, out.vertical_unit = face.vertical_unit, out.crs = face.crs;
   out.attributes.push_back({"asymmetry", a.of_point});
   write_cloud(path, out, context);

@@ -22,6 +22,6 @@ void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std
                           const std::string& json, const MapOptions& look, const Context& context);
 
 /// points.ply: the points of the file where they are, with the attribute `asymmetry` (NaN where it is not known).
-void write_asymmetry_points(const std::string& path, const Cloud& face, const Asymmetry& a, const Context& context);
+void write_asymmetry_points(const std::string& path, const CloudView& face, const Asymmetry& a, const Context& context);
 
 }  // namespace isopach

@@ -215,10 +215,10 @@ std::string distance_text(const Distances& d) {
   return s.str();
 }
 
-void write_distance_points(const std::string& path, const Cloud& cloud, const std::vector<Attribute>& fields,
+void write_distance_points(const std::string& path, const CloudView& cloud, const std::vector<Attribute>& fields,
                            const Context& context) {
   Cloud out;
-  out.points = cloud.points;
+  out.points = cloud.points.copy();
   out.unit = cloud.unit;
   out.vertical_unit = cloud.vertical_unit;
   out.crs = cloud.crs;

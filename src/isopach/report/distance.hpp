@@ -14,7 +14,7 @@ namespace isopach {
 [[nodiscard]] std::string distance_text(const Distances& d);
 
 /// The points of a file with its distances as attributes; format by extension (see write_cloud).
-void write_distance_points(const std::string& path, const Cloud& cloud, const std::vector<Attribute>& fields,
+void write_distance_points(const std::string& path, const CloudView& cloud, const std::vector<Attribute>& fields,
                            const Context& context);
 
 /// The core points of M3C2 with distance, lod, significant, sigma1, sigma2, n1, n2, nx, ny, nz.

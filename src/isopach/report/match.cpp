@@ -228,9 +228,9 @@ std::string pose_text(const Pose& pose) {
   return text;
 }
 
-void write_moved(const std::string& path, const Cloud& moving, const Matching& m, const Context& context) {
+void write_moved(const std::string& path, const CloudView& moving, const Matching& m, const Context& context) {
   Cloud out;
-  out.points = moving.points;
+  out.points = moving.points.copy();
   for (Point3& p : out.points) p = m.pose.apply(p);
   out.unit = moving.unit;
   out.vertical_unit = moving.vertical_unit;

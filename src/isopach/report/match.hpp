@@ -31,6 +31,6 @@ void write_match_html(const std::string& path, const Matching& m, const MatchPic
 /// The points of MOVING where they are after the matching, with the attribute `stable`: 1 where they took part in the
 /// fit; and `agreement` where m.agreement is known: 0 not in view, 1 agrees, 2 in front, 3 behind. Format by extension
 /// (see write_cloud).
-void write_moved(const std::string& path, const Cloud& moving, const Matching& m, const Context& context);
+void write_moved(const std::string& path, const CloudView& moving, const Matching& m, const Context& context);
 
 }  // namespace isopach

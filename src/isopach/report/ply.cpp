@@ -119,13 +119,13 @@ void write_cells(const std::string& path, const Comparison& c, const Context& co
   write_cloud(path, out, context);
 }
 
-void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context) {
+void write_points(const std::string& path, const CloudView& cloud, const PointFields& fields, const Context& context) {
   if (fields.dz_signed.size() != cloud.points.size())
     throw Error(ExitCode::internal, path + ": " + std::to_string(cloud.points.size()) + " points but " +
                                         std::to_string(fields.dz_signed.size()) + " differences");
   Cloud out;
   out.format = "ply";
-  out.points = cloud.points;
+  out.points = cloud.points.copy();
   out.unit = cloud.unit;
   out.vertical_unit = cloud.vertical_unit;
   out.crs = cloud.crs;

@@ -66,7 +66,7 @@ void write_overlay_cells(const std::string& path, const Comparison& c, const Con
 [[nodiscard]] std::vector<Attribute> attributes_of(const PointFields& fields);
 
 /// points_a.ply / points_b.ply: the input points with attributes_of(fields).
-void write_points(const std::string& path, const Cloud& cloud, const PointFields& fields, const Context& context);
+void write_points(const std::string& path, const CloudView& cloud, const PointFields& fields, const Context& context);
 
 /// report.html: one file that opens from disk without a network: map, numbers with units and one-line explanations,
 /// histogram, parameters, warnings; with `truth`, the truth beside the result. `map_png` is the path of the map

@@ -292,10 +292,10 @@ std::string wrinkles_csv(const Roughness& r) {
   return out;
 }
 
-void write_roughness_points(const std::string& path, const Cloud& cloud, const Texture& texture,
+void write_roughness_points(const std::string& path, const CloudView& cloud, const Texture& texture,
                             const Context& context) {
   Cloud out;
-  out.points = cloud.points;
+  out.points = cloud.points.copy();
   out.unit = cloud.unit;
   out.vertical_unit = cloud.vertical_unit;
   out.crs = cloud.crs;

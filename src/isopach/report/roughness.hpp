@@ -19,7 +19,7 @@ namespace isopach {
 [[nodiscard]] std::string wrinkles_csv(const Roughness& r);
 
 /// The points of a file with waviness, roughness, valley and wrinkle; format by extension (see write_cloud).
-void write_roughness_points(const std::string& path, const Cloud& cloud, const Texture& texture,
+void write_roughness_points(const std::string& path, const CloudView& cloud, const Texture& texture,
                             const Context& context);
 
 /// Maps of one scan: its roughness, or the valleys that wrinkles are looked for in, with the wrinkles' lines and
