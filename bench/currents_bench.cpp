@@ -12,7 +12,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/field/height_field.hpp"
-#include "isopach/measure/current.hpp"
+#include "isopach/measure/currents/current.hpp"
 #include "isopach/simulate/scene.hpp"
 
 namespace {

@@ -12,8 +12,8 @@
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/residuals.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/residuals.hpp"
+#include "isopach/match/surface/surface.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "tests/match/poses.hpp"
 

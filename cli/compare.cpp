@@ -19,7 +19,7 @@
 #include "isopach/compare/displacement.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/words.hpp"
 
 namespace isopach::cli {
 namespace {

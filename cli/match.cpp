@@ -14,8 +14,8 @@
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
-#include "isopach/report/agreement.hpp"
-#include "isopach/report/map.hpp"
+#include "isopach/report/draw/agreement.hpp"
+#include "isopach/report/draw/map.hpp"
 #include "isopach/report/match.hpp"
 #include "isopach/report/report.hpp"
 

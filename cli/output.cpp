@@ -8,10 +8,10 @@
 #include "cli/deliver.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
-#include "isopach/report/map.hpp"
-#include "isopach/report/matched.hpp"
-#include "isopach/report/moved.hpp"
-#include "isopach/report/text.hpp"
+#include "isopach/report/draw/map.hpp"
+#include "isopach/report/page/matched.hpp"
+#include "isopach/report/page/moved.hpp"
+#include "isopach/report/page/text.hpp"
 
 namespace isopach::cli {
 

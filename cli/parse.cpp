@@ -14,7 +14,7 @@
 #include "cli/command.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/io/expression.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/words.hpp"
 
 namespace isopach::cli {
 namespace {

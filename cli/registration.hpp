@@ -3,7 +3,7 @@
 #include <optional>
 #include <string>
 
-#include "isopach/measure/uncertainty.hpp"
+#include "isopach/measure/uncertainty/uncertainty.hpp"
 
 namespace isopach::cli {
 

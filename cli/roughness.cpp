@@ -13,7 +13,7 @@
 #include "cli/scans.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
-#include "isopach/measure/form.hpp"
+#include "isopach/measure/texture/form.hpp"
 #include "isopach/report/roughness.hpp"
 
 namespace isopach::cli {

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
-"""Folders of src/isopach include only folders before them, in the order of the data; the core does not know io, nor what
-io and report are linked with."""
+"""Folders of src/isopach, and rooms of a folder, include only those before them, in the order of the data; the core does not
+know io, nor what io and report are linked with."""
 
 import re
 
@@ -16,6 +16,11 @@ FORBIDDEN["delaunay"] |= {"cloud", "field"}
 LIBRARIES = {"gdal": "io", "ogr": "io", "cpl_": "io", "proj": "io", "laszip": "io", "muParser": "io", "fast_float": "io",
              "cairo": "report", "png": "report"}
 
+# Rooms of a folder include rooms before them alone. What lies in the folder itself is common to them, or the page above.
+ROOMS = {"measure": ["volume", "uncertainty", "currents", "texture"],
+         "match": ["verdict", "surface", "pairs", "currents", "coarse"],
+         "report": ["page", "draw"]}
+
 found = []
 for name in tracked("src/isopach"):
     if not name.endswith((".hpp", ".cpp", ".hpp.in")):
@@ -26,6 +31,10 @@ for name in tracked("src/isopach"):
     folder = parts[2]
     if folder not in ORDER:
         found.append((name, 1, f"folder '{folder}' has no place in the order {' '.join(ORDER)}"))
+        continue
+    room = parts[3] if len(parts) > 4 else None
+    if room is not None and room not in ROOMS.get(folder, ()):
+        found.append((name, 1, f"room '{room}' is none of {folder}: {' '.join(ROOMS.get(folder, ())) or 'it has none'}"))
         continue
     for number, line in enumerate(code_of(name).split("\n"), 1):
         match = re.match(r'\s*#\s*include\s*<([^>]+)>', line)
@@ -38,6 +47,11 @@ for name in tracked("src/isopach"):
                 found.append((name, number, 'write the whole path: #include "isopach/..."'))
             continue
         other = match.group(1)
+        inner = re.match(r'\s*#\s*include\s*"isopach/([^/"]+)/([^/"]+)/', line)
+        if inner and room is not None and inner.group(1) == folder:
+            rooms = ROOMS[folder]
+            if inner.group(2) in rooms and rooms.index(inner.group(2)) > rooms.index(room):
+                found.append((name, number, f"'{folder}/{room}' includes '{inner.group(2)}', which comes later"))
         if other not in ORDER:
             found.append((name, number, f"includes unknown folder '{other}'"))
         elif ORDER.index(other) > ORDER.index(folder):

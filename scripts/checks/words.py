@@ -67,7 +67,7 @@ for name in tracked("src/isopach/report/*.cpp", "src/isopach/report/*.hpp"):
             if re.search(r"\bfor \(", passed_to):
                 passed_to = code + "".join(lines[line:line + 1])
             if not re.search(r"\bmessages?(?:_text)?\(", passed_to):
-                found.append((name, line, f"'{match.group()}' is shown unspelled: see message_text() of report/words.hpp"))
+                found.append((name, line, f"'{match.group()}' is shown unspelled: see message_text() of report/page/words.hpp"))
 
 # No test is switched off. A skip says why, and the one reason is data that is not there.
 for name in tracked("tests/*.cpp", "tests/*.hpp", "tests/*.py"):

@@ -14,8 +14,8 @@
 #include "isopach/delaunay/validate.hpp"
 #include "isopach/distance/distance.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/measure/budget.hpp"
 #include "isopach/measure/source.hpp"
+#include "isopach/measure/volume/budget.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "isopach/version.hpp"
 #if __has_include("isopach/io/read.hpp")

@@ -1,6 +1,6 @@
 // The noise floor in whole comparisons: what it must explain on unchanged surfaces, and the gross volumes that it must
 // find again on changed ones.
-#include "isopach/measure/noise_floor.hpp"
+#include "isopach/measure/uncertainty/noise_floor.hpp"
 
 #include <gtest/gtest.h>
 

@@ -5,7 +5,7 @@
 #include <functional>
 
 #include "isopach/compare/compare.hpp"
-#include "isopach/report/raster.hpp"
+#include "isopach/report/draw/raster.hpp"
 #include "tests/support/clouds.hpp"
 
 namespace isopach::test {

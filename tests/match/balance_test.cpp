@@ -1,4 +1,4 @@
-#include "isopach/match/balance.hpp"
+#include "isopach/match/surface/balance.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,12 +1,12 @@
 // The coarse start: images that no motion changes, consensus against noise, and poses found from any turn and shift.
-#include "isopach/match/coarse.hpp"
+#include "isopach/match/coarse/coarse.hpp"
 
 #include <gtest/gtest.h>
 
 #include "isopach/base/error.hpp"
 #include "isopach/distance/vectors.hpp"
-#include "isopach/match/consensus.hpp"
-#include "isopach/match/landmarks.hpp"
+#include "isopach/match/coarse/consensus.hpp"
+#include "isopach/match/coarse/landmarks.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "tests/match/poses.hpp"

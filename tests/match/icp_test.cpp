@@ -1,6 +1,6 @@
 // ICP: pairs against every point, steps against dense least squares, the whole loop against a plain one, and known
 // poses.
-#include "isopach/match/icp.hpp"
+#include "isopach/match/pairs/icp.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/distance/vectors.hpp"
-#include "isopach/match/least_squares.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/pairs.hpp"
+#include "isopach/match/pairs/least_squares.hpp"
+#include "isopach/match/pairs/pairs.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "tests/match/poses.hpp"
 #include "tests/support/clouds.hpp"

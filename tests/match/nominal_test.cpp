@@ -1,5 +1,5 @@
 // Nominal meshes: told from scans by the points of the other scan, and matched without bias.
-#include "isopach/match/nominal.hpp"
+#include "isopach/match/surface/nominal.hpp"
 
 #include <gtest/gtest.h>
 

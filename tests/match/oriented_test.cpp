@@ -1,5 +1,5 @@
 // Normals and boundary of clouds: against known surfaces, dense eigenvectors and degenerate input.
-#include "isopach/match/oriented.hpp"
+#include "isopach/match/pairs/oriented.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Motions of a scan onto itself: every one that is found does what it says, and ordinary scans have none.
-#include "isopach/match/repeats.hpp"
+#include "isopach/match/coarse/repeats.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/verdict.hpp"
+#include "isopach/match/verdict/verdict.hpp"
 #include "tests/match/poses.hpp"
 #include "tests/support/clouds.hpp"
 

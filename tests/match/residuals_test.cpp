@@ -1,5 +1,5 @@
 // Residuals against every triangle tried, their derivatives against differences; motions against matrices.
-#include "isopach/match/residuals.hpp"
+#include "isopach/match/surface/residuals.hpp"
 
 #include <gtest/gtest.h>
 

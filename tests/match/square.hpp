@@ -1,7 +1,7 @@
 // A scan of the unit square as the search sees it.
 #pragma once
 #include "isopach/base/random.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 namespace isopach::test {
 

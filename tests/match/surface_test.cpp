@@ -1,5 +1,5 @@
 // The surface of a scan as the search sees it: what noise makes of its slopes, and how rough it is.
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Verdicts on poses: the numbers against a twin that looks at all pairs of points, what is trusted and what is not.
-#include "isopach/match/verdict.hpp"
+#include "isopach/match/verdict/verdict.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The parameters of ISO 25178-2 against quadrature on each triangle, and against closed forms of sine waves.
-#include "isopach/measure/areal.hpp"
+#include "isopach/measure/texture/areal.hpp"
 
 #include <gtest/gtest.h>
 

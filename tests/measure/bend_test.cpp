@@ -1,5 +1,5 @@
 // What the cells leave out of two surfaces that bend: against dense quadrature by brute force, drawn cells against all.
-#include "isopach/measure/bend.hpp"
+#include "isopach/measure/volume/bend.hpp"
 
 #include <gtest/gtest.h>
 

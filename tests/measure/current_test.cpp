@@ -1,5 +1,5 @@
 // Triangles as a current, against the surface they are of.
-#include "isopach/measure/current.hpp"
+#include "isopach/measure/currents/current.hpp"
 
 #include <gtest/gtest.h>
 

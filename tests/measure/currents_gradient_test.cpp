@@ -1,5 +1,5 @@
 // The gradient of the distance of two currents against finite differences and against the direct sum.
-#include "isopach/measure/currents_gradient.hpp"
+#include "isopach/measure/currents/currents_gradient.hpp"
 
 #include <gtest/gtest.h>
 

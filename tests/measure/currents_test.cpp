@@ -1,5 +1,5 @@
 // Currents by cubes and grids against the double sum over all pairs, on surfaces of every kind.
-#include "isopach/measure/currents.hpp"
+#include "isopach/measure/currents/currents.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,7 +9,7 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/measure/currents_kernel.hpp"
+#include "isopach/measure/currents/currents_kernel.hpp"
 #include "tests/support/random.hpp"
 
 namespace isopach::test {

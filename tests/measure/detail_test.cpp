@@ -1,5 +1,5 @@
 // ρ_dV against its definition: every node of the finer mesh tried in every triangle of the coarser one, exactly.
-#include "isopach/measure/detail.hpp"
+#include "isopach/measure/volume/detail.hpp"
 
 #include <gtest/gtest.h>
 

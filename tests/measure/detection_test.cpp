@@ -1,13 +1,13 @@
 // Levels of detection: shares of a cell against derivatives and areas found otherwise, the significant part against the
 // closed forms of the whole.
-#include "isopach/measure/detection.hpp"
+#include "isopach/measure/uncertainty/detection.hpp"
 
 #include <gtest/gtest.h>
 
 #include <cmath>
 #include <numbers>
 
-#include "isopach/measure/distribution.hpp"
+#include "isopach/measure/volume/distribution.hpp"
 #include "tests/support/random.hpp"
 
 namespace isopach::test {

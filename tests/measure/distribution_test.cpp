@@ -1,5 +1,5 @@
 // Quantiles and histograms by area against cutting every cell at the value in question.
-#include "isopach/measure/distribution.hpp"
+#include "isopach/measure/volume/distribution.hpp"
 
 #include <gtest/gtest.h>
 

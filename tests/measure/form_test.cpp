@@ -1,4 +1,4 @@
-#include "isopach/measure/form.hpp"
+#include "isopach/measure/texture/form.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // The Gaussian filter against the sum over all pairs, and against what ISO 16610-61 says of sine waves.
-#include "isopach/measure/gaussian_filter.hpp"
+#include "isopach/measure/texture/gaussian_filter.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,5 +1,5 @@
 // Local fits against Eigen's QR over all nodes by distance, against cubics they must reproduce, and on known noise.
-#include "isopach/measure/local_fit.hpp"
+#include "isopach/measure/uncertainty/local_fit.hpp"
 
 #include <gtest/gtest.h>
 

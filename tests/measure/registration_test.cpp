@@ -1,5 +1,5 @@
 // What an error of the pose does to heights and volumes: against scans that are moved by a little.
-#include "isopach/measure/registration.hpp"
+#include "isopach/measure/uncertainty/registration.hpp"
 
 #include <gtest/gtest.h>
 

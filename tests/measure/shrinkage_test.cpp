@@ -1,5 +1,5 @@
 // Shrinkage: pure noise goes, a step that stands out stays where it is, and symmetries hold to the last bit.
-#include "isopach/measure/shrinkage.hpp"
+#include "isopach/measure/uncertainty/shrinkage.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,10 +4,10 @@
 #include <gtest/gtest.h>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/measure/budget.hpp"
-#include "isopach/measure/detail.hpp"
-#include "isopach/measure/distribution.hpp"
-#include "isopach/measure/weight.hpp"
+#include "isopach/measure/volume/budget.hpp"
+#include "isopach/measure/volume/detail.hpp"
+#include "isopach/measure/volume/distribution.hpp"
+#include "isopach/measure/volume/weight.hpp"
 #include "tests/overlay/couple.hpp"
 #include "tests/support/polygons.hpp"
 

@@ -1,6 +1,6 @@
 // Weighted integrals against closed forms, and against cutting every cell in long double and integrating its pieces by
 // products of Gauss rules.
-#include "isopach/measure/weight.hpp"
+#include "isopach/measure/volume/weight.hpp"
 
 #include <gtest/gtest.h>
 
@@ -11,7 +11,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/delaunay/triangulate.hpp"
-#include "isopach/measure/quadrature.hpp"
+#include "isopach/measure/volume/quadrature.hpp"
 #include "tests/support/clouds.hpp"
 #include "tests/support/formulas.hpp"
 

@@ -1,5 +1,5 @@
 // Grooves whose depth and length are known, and the definition of a valley by another way.
-#include "isopach/measure/wrinkles.hpp"
+#include "isopach/measure/texture/wrinkles.hpp"
 
 #include <gtest/gtest.h>
 

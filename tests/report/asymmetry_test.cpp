@@ -7,7 +7,7 @@
 #include <fstream>
 #include <sstream>
 
-#include "isopach/report/map.hpp"
+#include "isopach/report/draw/map.hpp"
 #include "tests/apps/mean_faces.hpp"
 #include "tests/support/json_schema.hpp"
 #include "tests/support/shared_data.hpp"

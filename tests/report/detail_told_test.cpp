@@ -1,11 +1,11 @@
 // When the summary and the report tell ρ_dV.
-#include "isopach/report/detail_told.hpp"
+#include "isopach/report/page/detail_told.hpp"
 
 #include <gtest/gtest.h>
 
 #include "isopach/compare/compare.hpp"
+#include "isopach/report/page/text.hpp"
 #include "isopach/report/report.hpp"
-#include "isopach/report/text.hpp"
 #include "tests/support/clouds.hpp"
 
 namespace isopach::test {

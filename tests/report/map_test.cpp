@@ -6,8 +6,8 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/report/map.hpp"
-#include "isopach/report/palette.hpp"
+#include "isopach/report/draw/map.hpp"
+#include "isopach/report/draw/palette.hpp"
 #include "tests/report/sample_comparison.hpp"
 
 namespace isopach {

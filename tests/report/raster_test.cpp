@@ -4,8 +4,8 @@
 #include <gtest/gtest.h>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/report/hillshade.hpp"
-#include "isopach/report/raster.hpp"
+#include "isopach/report/draw/hillshade.hpp"
+#include "isopach/report/draw/raster.hpp"
 #include "tests/report/sample_comparison.hpp"
 
 namespace isopach {

@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "isopach/report/text.hpp"
+#include "isopach/report/page/text.hpp"
 #include "tests/report/sample_comparison.hpp"
 
 namespace isopach {

@@ -2,7 +2,7 @@
 
 #include <gtest/gtest.h>
 
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/words.hpp"
 #include "tests/report/sample_comparison.hpp"
 
 namespace isopach {

@@ -3,7 +3,7 @@
 #include <string>
 
 #include "isopach/io/expression.hpp"
-#include "isopach/measure/weight.hpp"
+#include "isopach/measure/volume/weight.hpp"
 
 namespace isopach::test {
 

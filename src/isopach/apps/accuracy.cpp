@@ -11,7 +11,7 @@
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 #include "isopach/measure/source.hpp"
 
 namespace isopach {

@@ -4,7 +4,7 @@
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/localise.hpp"
 

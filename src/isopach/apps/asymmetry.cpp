@@ -21,7 +21,7 @@
 #include "isopach/distance/surface_tree.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 namespace isopach {
 namespace {

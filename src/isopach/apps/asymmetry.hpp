@@ -10,7 +10,7 @@
 #include "isopach/apps/face_regions.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/match/matching.hpp"
-#include "isopach/match/pose_evidence.hpp"
+#include "isopach/match/verdict/pose_evidence.hpp"
 
 namespace isopach {
 

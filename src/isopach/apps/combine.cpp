@@ -15,7 +15,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
-#include "isopach/match/coarse.hpp"
+#include "isopach/match/coarse/coarse.hpp"
 
 namespace isopach {
 namespace {

@@ -12,7 +12,7 @@
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
-#include "isopach/match/oriented.hpp"
+#include "isopach/match/pairs/oriented.hpp"
 
 namespace isopach {
 namespace {

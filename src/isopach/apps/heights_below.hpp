@@ -1,6 +1,6 @@
 // Heights of a surface under places in the plane.
 #pragma once
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 namespace isopach {
 

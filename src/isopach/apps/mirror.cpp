@@ -9,7 +9,7 @@
 #include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 namespace isopach {
 namespace {

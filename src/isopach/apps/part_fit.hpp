@@ -4,7 +4,7 @@
 #include <span>
 
 #include "isopach/base/context.hpp"
-#include "isopach/match/icp_search.hpp"
+#include "isopach/match/pairs/icp_search.hpp"
 
 namespace isopach {
 

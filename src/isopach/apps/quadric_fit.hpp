@@ -12,8 +12,8 @@
 #include <string>
 
 #include "isopach/base/context.hpp"
-#include "isopach/match/least_squares.hpp"
-#include "isopach/match/oriented.hpp"
+#include "isopach/match/pairs/least_squares.hpp"
+#include "isopach/match/pairs/oriented.hpp"
 
 namespace isopach {
 

@@ -8,7 +8,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/measure/form.hpp"
+#include "isopach/measure/texture/form.hpp"
 
 namespace isopach {
 namespace {

@@ -11,9 +11,9 @@
 
 #include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
-#include "isopach/match/verdict.hpp"
-#include "isopach/measure/areal.hpp"
-#include "isopach/measure/wrinkles.hpp"
+#include "isopach/match/verdict/verdict.hpp"
+#include "isopach/measure/texture/areal.hpp"
+#include "isopach/measure/texture/wrinkles.hpp"
 
 namespace isopach {
 

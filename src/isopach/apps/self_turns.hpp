@@ -4,7 +4,7 @@
 
 #include "isopach/base/context.hpp"
 #include "isopach/match/motion.hpp"
-#include "isopach/match/oriented.hpp"
+#include "isopach/match/pairs/oriented.hpp"
 
 namespace isopach {
 

@@ -1,6 +1,6 @@
 // find_spot: over how wide a spot a scanner averages the object, and its noise without what the spot hides.
 #pragma once
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 namespace isopach {
 

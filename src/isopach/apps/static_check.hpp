@@ -1,15 +1,15 @@
 // StaticCheck: whether the frames of a sequence show the part that stays, by verdicts on its poses.
 //
 // A fit to a frame of another object ends somewhere, too, and the parts are drawn by what lies on the frames: what of
-// another face happens to suit the reference is then what stays, and fits. The verdict (match/verdict.hpp) counts all
-// that both scans see of the part, by the noise that each of them shows by itself. Noise may hide the difference of two
-// faces from it; then the frames still agree with one another better than with the reference.
+// another face happens to suit the reference is then what stays, and fits. The verdict (match/verdict/verdict.hpp)
+// counts all that both scans see of the part, by the noise that each of them shows by itself. Noise may hide the
+// difference of two faces from it; then the frames still agree with one another better than with the reference.
 #pragma once
 #include <string>
 #include <vector>
 
 #include "isopach/base/context.hpp"
-#include "isopach/match/verdict.hpp"
+#include "isopach/match/verdict/verdict.hpp"
 
 namespace isopach {
 

@@ -11,7 +11,7 @@
 #include "isopach/apps/symmetry_start.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/match/match.hpp"
-#include "isopach/match/verdict.hpp"
+#include "isopach/match/verdict/verdict.hpp"
 
 namespace isopach {
 namespace {

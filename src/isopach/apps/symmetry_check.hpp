@@ -4,7 +4,7 @@
 #include <optional>
 
 #include "isopach/apps/mirror.hpp"
-#include "isopach/match/pose_evidence.hpp"
+#include "isopach/match/verdict/pose_evidence.hpp"
 
 namespace isopach {
 

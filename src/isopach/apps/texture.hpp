@@ -1,7 +1,7 @@
 // texture: one scan of a roughness run, stage by stage. Internal to apps/roughness.cpp.
 #pragma once
 #include "isopach/apps/roughness.hpp"
-#include "isopach/match/surface.hpp"
+#include "isopach/match/surface/surface.hpp"
 
 namespace isopach {
 

@@ -13,7 +13,7 @@
 #include "isopach/compare/noise.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/compare/weighting.hpp"
-#include "isopach/measure/bend.hpp"
+#include "isopach/measure/volume/bend.hpp"
 #include "isopach/overlay/pair.hpp"
 
 namespace isopach {

@@ -9,11 +9,11 @@
 #include "isopach/compare/options.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
-#include "isopach/measure/currents.hpp"
-#include "isopach/measure/detail.hpp"
+#include "isopach/measure/currents/currents.hpp"
 #include "isopach/measure/measures.hpp"
-#include "isopach/measure/noise_floor.hpp"
-#include "isopach/measure/uncertainty.hpp"
+#include "isopach/measure/uncertainty/noise_floor.hpp"
+#include "isopach/measure/uncertainty/uncertainty.hpp"
+#include "isopach/measure/volume/detail.hpp"
 #include "isopach/overlay/overlay.hpp"
 
 namespace isopach {

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/measure/current.hpp"
+#include "isopach/measure/currents/current.hpp"
 
 namespace isopach::stages {
 

@@ -6,8 +6,8 @@
 
 #include "isopach/compare/comparison.hpp"
 #include "isopach/compare/stages.hpp"
-#include "isopach/measure/budget.hpp"
 #include "isopach/measure/source.hpp"
+#include "isopach/measure/volume/budget.hpp"
 
 namespace isopach::stages {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
-#include "isopach/measure/registration.hpp"
+#include "isopach/measure/uncertainty/registration.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/pair.hpp"
 

@@ -7,9 +7,9 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/polygons.hpp"
 #include "isopach/geom/rigid.hpp"
-#include "isopach/measure/currents.hpp"
-#include "isopach/measure/uncertainty.hpp"
-#include "isopach/measure/weight.hpp"
+#include "isopach/measure/currents/currents.hpp"
+#include "isopach/measure/uncertainty/uncertainty.hpp"
+#include "isopach/measure/volume/weight.hpp"
 
 namespace isopach {
 

@@ -450,7 +450,8 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
   if (left_out(c).area > 0 && !(c.domain_area > least_single * (c.domain_area + left_out(c).area)))
     throw OverlapError(
         "all but a hundredth of the area that the scans share has several layers along the direction, so it is no "
-        "height field: choose another @direction, keep one layer by @class or @crop, or measure it as it is with @folds "
+        "height field: choose another @direction, keep one layer by @class or @crop, or measure it as it is with "
+        "@folds "
         "keep");
   if (!(c.domain_area > 0) && c.trimmed_area > 0)
     throw OverlapError(

@@ -4,7 +4,7 @@
 #include <string>
 
 #include "isopach/match/matching.hpp"
-#include "isopach/match/search.hpp"
+#include "isopach/match/surface/search.hpp"
 
 namespace isopach {
 

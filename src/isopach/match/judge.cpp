@@ -6,8 +6,8 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/checks.hpp"
-#include "isopach/match/nominal.hpp"
-#include "isopach/match/repeats.hpp"
+#include "isopach/match/coarse/repeats.hpp"
+#include "isopach/match/surface/nominal.hpp"
 
 namespace isopach {
 

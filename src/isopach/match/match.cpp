@@ -13,15 +13,15 @@
 #include "isopach/compare/weighting.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/match/checks.hpp"
-#include "isopach/match/coarse.hpp"
-#include "isopach/match/currents_search.hpp"
-#include "isopach/match/icp.hpp"
+#include "isopach/match/coarse/coarse.hpp"
+#include "isopach/match/currents/currents_search.hpp"
 #include "isopach/match/judge.hpp"
 #include "isopach/match/motion.hpp"
-#include "isopach/match/nominal.hpp"
-#include "isopach/match/search.hpp"
-#include "isopach/match/surface.hpp"
-#include "isopach/match/weights.hpp"
+#include "isopach/match/pairs/icp.hpp"
+#include "isopach/match/surface/nominal.hpp"
+#include "isopach/match/surface/search.hpp"
+#include "isopach/match/surface/surface.hpp"
+#include "isopach/match/surface/weights.hpp"
 
 namespace isopach {
 

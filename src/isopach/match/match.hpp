@@ -10,12 +10,12 @@ namespace isopach {
 /// options that contradict one another, InputError for scans without usable points. A search that does not converge is
 /// a result (converged = false), not an error; so is a pose that is not trusted (verdict): ask require_trust().
 ///
-/// Unless options.check_pose is off, the pose gets a verdict (match/verdict.hpp). Where it is doubted, or the scans do
-/// not overlap at the start, and all rigid motions are free, a coarse search looks for another place: by icp-plane from
-/// there, and by the objective from there unless the verdict falls; the better of the two poses stands. A
-/// trusted pose is set beside the other places that a coarse search found, if one ran, and beside those where a scan
-/// repeats itself (match/repeats.hpp): as good, they are rivals (Grade::rival), unless the start lies nearer to the
-/// pose than a tenth of the way from there to them.
+/// Unless options.check_pose is off, the pose gets a verdict (match/verdict/verdict.hpp). Where it is doubted, or the
+/// scans do not overlap at the start, and all rigid motions are free, a coarse search looks for another place: by
+/// icp-plane from there, and by the objective from there unless the verdict falls; the better of the two poses stands.
+/// A trusted pose is set beside the other places that a coarse search found, if one ran, and beside those where a scan
+/// repeats itself (match/coarse/repeats.hpp): as good, they are rivals (Grade::rival), unless the start lies nearer to
+/// the pose than a tenth of the way from there to them.
 [[nodiscard]] Matching match(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
                              const Context& context);
 

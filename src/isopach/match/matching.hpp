@@ -8,7 +8,7 @@
 
 #include "isopach/compare/comparison.hpp"
 #include "isopach/match/options.hpp"
-#include "isopach/match/verdict.hpp"
+#include "isopach/match/verdict/verdict.hpp"
 
 namespace isopach {
 

@@ -9,10 +9,10 @@
 
 #include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
-#include "isopach/report/page.hpp"
-#include "isopach/report/palette.hpp"
-#include "isopach/report/values.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/draw/palette.hpp"
+#include "isopach/report/page/page.hpp"
+#include "isopach/report/page/values.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {

@@ -8,10 +8,10 @@
 
 #include "isopach/apps/face_pose.hpp"
 #include "isopach/io/write.hpp"
-#include "isopach/report/chart.hpp"
-#include "isopach/report/page.hpp"
-#include "isopach/report/values.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/draw/chart.hpp"
+#include "isopach/report/page/page.hpp"
+#include "isopach/report/page/values.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {

@@ -8,15 +8,15 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/io/output_file.hpp"
-#include "isopach/report/detail_told.hpp"
-#include "isopach/report/map.hpp"
-#include "isopach/report/matched.hpp"
-#include "isopach/report/moved.hpp"
-#include "isopach/report/page.hpp"
-#include "isopach/report/palette.hpp"
+#include "isopach/report/draw/map.hpp"
+#include "isopach/report/draw/palette.hpp"
+#include "isopach/report/page/detail_told.hpp"
+#include "isopach/report/page/matched.hpp"
+#include "isopach/report/page/moved.hpp"
+#include "isopach/report/page/page.hpp"
+#include "isopach/report/page/uncertainty.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/report/report.hpp"
-#include "isopach/report/uncertainty.hpp"
-#include "isopach/report/words.hpp"
 
 namespace isopach {
 namespace {

@@ -5,13 +5,13 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "isopach/report/alignment_values.hpp"
-#include "isopach/report/matched.hpp"
+#include "isopach/report/page/alignment_values.hpp"
+#include "isopach/report/page/matched.hpp"
+#include "isopach/report/page/uncertainty.hpp"
+#include "isopach/report/page/values.hpp"
+#include "isopach/report/page/verdict_values.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/report/report.hpp"
-#include "isopach/report/uncertainty.hpp"
-#include "isopach/report/values.hpp"
-#include "isopach/report/verdict_values.hpp"
-#include "isopach/report/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {

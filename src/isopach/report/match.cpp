@@ -8,10 +8,10 @@
 #include <numbers>
 
 #include "isopach/io/write.hpp"
-#include "isopach/report/alignment_values.hpp"
-#include "isopach/report/moved.hpp"
-#include "isopach/report/verdict_values.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/alignment_values.hpp"
+#include "isopach/report/page/moved.hpp"
+#include "isopach/report/page/verdict_values.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {

@@ -8,9 +8,9 @@
 
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/match.hpp"
-#include "isopach/report/moved.hpp"
-#include "isopach/report/page.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/moved.hpp"
+#include "isopach/report/page/page.hpp"
+#include "isopach/report/page/words.hpp"
 
 namespace isopach {
 namespace {

@@ -4,8 +4,8 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/measure/source.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/report/report.hpp"
-#include "isopach/report/words.hpp"
 
 namespace isopach {
 namespace {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "isopach/apps/roughness.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/report/report.hpp"
-#include "isopach/report/words.hpp"
 
 namespace isopach {
 

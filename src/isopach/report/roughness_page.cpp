@@ -3,7 +3,7 @@
 #include <cmath>
 
 #include "isopach/io/output_file.hpp"
-#include "isopach/report/page.hpp"
+#include "isopach/report/page/page.hpp"
 #include "isopach/report/roughness.hpp"
 
 namespace isopach {

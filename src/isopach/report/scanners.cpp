@@ -5,10 +5,10 @@
 #include <cmath>
 
 #include "isopach/io/output_file.hpp"
-#include "isopach/report/alignment_values.hpp"
-#include "isopach/report/page.hpp"
-#include "isopach/report/verdict_values.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/alignment_values.hpp"
+#include "isopach/report/page/page.hpp"
+#include "isopach/report/page/verdict_values.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {

@@ -6,8 +6,8 @@
 
 #include "isopach/base/median.hpp"
 #include "isopach/io/write.hpp"
-#include "isopach/report/values.hpp"
-#include "isopach/report/words.hpp"
+#include "isopach/report/page/values.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {

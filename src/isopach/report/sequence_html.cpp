@@ -8,10 +8,10 @@
 
 #include "isopach/apps/face_pose.hpp"
 #include "isopach/apps/motions.hpp"
-#include "isopach/report/chart.hpp"
-#include "isopach/report/page.hpp"
+#include "isopach/report/draw/chart.hpp"
+#include "isopach/report/page/page.hpp"
+#include "isopach/report/page/words.hpp"
 #include "isopach/report/sequence.hpp"
-#include "isopach/report/words.hpp"
 
 namespace isopach {
 namespace {

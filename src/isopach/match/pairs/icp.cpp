@@ -1,0 +1,76 @@
+#include "isopach/match/pairs/icp.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/match/checks.hpp"
+#include "isopach/match/pairs/icp_covariance.hpp"
+
+namespace isopach {
+namespace {
+
+void check(const MatchOptions& o) {
+  check_options(o);
+  if (o.objective != Objective::icp_point && o.objective != Objective::icp_plane)
+    throw UsageError("icp: the objective is icp-point or icp-plane");
+}
+
+Box3 box_of(const Array<Point3>& points) {
+  Box3 box;
+  for (const Point3& p : points) box.add(p);
+  return box;
+}
+
+/// Boxes that do not touch share no area; grown by a little, since noise may keep flat scans apart.
+void check_boxes(const OrientedCloud& moving, const OrientedCloud& fixed) {
+  const Box3 a = box_of(moving.points), b = box_of(fixed.points);
+  const double slack = 0.01 * std::max({a.max.x - a.min.x, a.max.y - a.min.y, a.max.z - a.min.z});
+  const bool apart =
+      a.min.x > b.max.x + slack || b.min.x > a.max.x + slack || a.min.y > b.max.y + slack || b.min.y > a.max.y + slack;
+  if (apart) throw OverlapError("the scans do not overlap at the start: give @start, or let @coarse look for one");
+}
+
+Matching run(const CloudView& moving, const CloudView& fixed, const Pose& start, const MatchOptions& options,
+             const Context& context) {
+  check(options);
+  const ProjectOptions& project = options.compare.project;
+  const Frame frame = choose_frame(fixed, moving, start, project, context);
+  OrientedCloud a, b;
+  both([&] { a = order_points(fixed, Pose{}, frame, project, 0, context); },
+       [&] { b = order_points(moving, start, frame, project, 0, context); });
+  check_boxes(b, a);
+  both([&] { orient(a, context); }, [&] { orient(b, context); });
+  const IcpState found = icp_search(b, a, Motion{}, options, FirstLevel::twice, context);
+
+  Matching m;
+  m.options = options;
+  m.pose = pose_of(found.motion, frame, start);
+  m.scale = found.motion.scale;
+  m.iterations = found.iterations;
+  m.converged = found.converged;
+  m.reason = found.reason;
+  m.history = found.history;
+  m.overlap = found.share;
+  SearchResult judged;
+  find_icp_covariance(found, b, a, options, axis_names(frame), judged);
+  take_covariance(judged, frame, m);
+  m.weak_directions = judged.weak_directions;
+  m.centre = frame.to_input(found.information.centre);
+  m.stable.assign(moving.points.size(), 0);
+  for (const Link& link : found.links) m.stable[b.ids[link.query]] = 1;
+  return m;
+}
+
+}  // namespace
+
+Matching icp(const CloudView& moving, const CloudView& fixed, const Pose& start, const MatchOptions& options,
+             const Context& context) {
+  Matching result;
+  run_with_threads(context.threads, [&] { result = run(moving, fixed, start, options, context); });
+  return result;
+}
+
+}  // namespace isopach

@@ -1,0 +1,354 @@
+#include "isopach/measure/volume/distribution.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+#include <span>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/base/random.hpp"
+#include "isopach/measure/volume/cumulative_area.hpp"
+
+namespace isopach {
+
+namespace {
+
+constexpr std::size_t block = 1 << 14;
+
+// One of the cells of an item, and the area that it stands for.
+std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, std::size_t draw) {
+  double area = 0;
+  for (const Cell& cell : cells) area += cell.area;
+  double left = RandomStream(0, 1).uniform(draw) * area;
+  std::size_t k = 0;
+  while (k + 1 < cells.size() && (left -= cells[k].area) >= 0) ++k;
+  return {cells[k], area};
+}
+
+// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
+class Estimate {
+ public:
+  template <class Source>
+  explicit Estimate(const Source& source) {
+    constexpr std::size_t enough = 1 << 16;
+    const std::size_t n = items_of(source), step = n / enough + 1;
+    const RandomStream random(0, 0);
+    std::vector<Cell> cells;
+    for (std::size_t i = 0; i < n; i += step) {
+      const std::size_t k =
+          std::min(n - 1, i + static_cast<std::size_t>(random.uniform(3 * i) * static_cast<double>(step)));
+      cells.clear();
+      for_cells(source, k, k + 1, [&](const Cell& cell) { cells.push_back(cell); });
+      for (const Cell& cell : cells)
+        for (const double d : cell.d) largest_ = std::max(largest_, std::fabs(d));
+      if (cells.empty()) continue;
+      const auto [cell, area] = one_by_chance(cells, i);
+      double s = random.uniform(3 * i + 1), t = random.uniform(3 * i + 2);
+      if (s + t > 1) s = 1 - s, t = 1 - t;
+      points_.emplace_back(cell.d[0] + s * (cell.d[1] - cell.d[0]) + t * (cell.d[2] - cell.d[0]), area);
+    }
+    std::sort(points_.begin(), points_.end());
+    double squares = 0;
+    for (const auto& [d, area] : points_) area_ += area, squares += area * area;
+    deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
+    complete_ = step == 1;
+  }
+
+  /// The largest |d| of the cells looked at: of all cells, if `complete()`.
+  [[nodiscard]] double largest() const { return largest_; }
+  [[nodiscard]] bool complete() const { return complete_; }
+
+  /// About the value that |d| exceeds on 1 − share of the area.
+  [[nodiscard]] double absolute_quantile(double share) const {
+    double sum = 0;
+    for (const auto& [x, area] : folded(0))
+      if ((sum += area) >= share * area_) return x;
+    return largest_;
+  }
+
+  /// Where the quantile lies with all likelihood.
+  [[nodiscard]] Interval bracket(const Quantile& q, double limit) const {
+    constexpr double deviations = 3;
+    const double slack = deviations * deviation_ * std::sqrt(q.share * (1 - q.share));
+    const auto points = q.absolute ? folded(q.centre) : points_;
+    Interval result{q.absolute ? 0 : -limit, q.absolute ? limit + std::fabs(q.centre) : limit};
+    double sum = 0;
+    for (const auto& [x, area] : points) {
+      sum += area;
+      if (sum <= (q.share - slack) * area_) result.low = x;
+      if (sum >= (q.share + slack) * area_) {
+        result.high = x;
+        break;
+      }
+    }
+    return result;
+  }
+
+ private:
+  using Points = std::vector<std::pair<double, double>>;  // value, area that it stands for; ascending
+
+  [[nodiscard]] Points folded(double centre) const {
+    Points below, above, all;
+    for (const auto& [d, area] : points_) (d < centre ? below : above).emplace_back(std::fabs(d - centre), area);
+    std::merge(below.rbegin(), below.rend(), above.begin(), above.end(), std::back_inserter(all));
+    return all;
+  }
+
+  Points points_;
+  double area_ = 0, deviation_ = 1, largest_ = 0;
+  bool complete_ = false;
+};
+
+// A quantile on the way: its bracket, and that of its centre where this is a quantile itself.
+struct Search {
+  Quantile wanted;
+  Interval bracket, centre;
+  std::optional<double> found;
+
+  // The values of d that the bracket speaks of, with room for rounding.
+  void add_intervals(std::vector<Interval>& intervals) const {
+    const auto add = [&](double low, double high) {
+      const double room =
+          std::max(8 * std::numeric_limits<double>::epsilon() * std::max(std::fabs(low), std::fabs(high)),
+                   std::numeric_limits<double>::min());
+      intervals.push_back({low - room, high + room});
+    };
+    if (wanted.absolute) {
+      add(centre.low - bracket.high, centre.high - bracket.low);
+      add(centre.low + bracket.low, centre.high + bracket.high);
+    } else {
+      add(bracket.low, bracket.high);
+    }
+  }
+
+  [[nodiscard]] Growth at(const AreaUpTo& area, double v) const {
+    if (!wanted.absolute) return area(v, [&](double d) { return d <= v; });
+    const double c = wanted.centre;
+    const Growth upper = area(c + v, [&](double d) { return d - c <= v; });
+    const Growth lower = area(c - v, [&](double d) { return d - c < -v; });
+    return {upper.area - lower.area, upper.density + lower.density};
+  }
+
+  // The v in the bracket where the area reaches the target: Newton's method inside a bracket that bisection keeps
+  // closing. Nothing if it lies outside; the bracket then moves there.
+  void solve(const AreaUpTo& area, double target, double limit) {
+    double low = std::nextafter(bracket.low, -HUGE_VAL), high = bracket.high;
+    const double least = wanted.absolute ? 0 : -limit,
+                 most = wanted.absolute ? limit + std::fabs(wanted.centre) : limit;
+    const double below = bracket.low > least ? at(area, low).area - target : -target;
+    const double above = bracket.high < most ? at(area, high).area - target : 0;
+    const double far = 8 * (high - low);
+    if (below >= 0) {
+      bracket = {std::max(least, low - far), low};
+      return;
+    }
+    if (above < 0) {
+      bracket = {high, std::min(most, high + far)};
+      return;
+    }
+    const double rounding = 1e-15 * target;
+    double v = low + (high - low) * (above > 0 ? below / (below - above) : 0.5);
+    for (int i = 0; !found; ++i) {
+      if (v <= low || v >= high) {
+        found = high;
+        return;
+      }
+      const Growth g = at(area, v);
+      const double over = g.area - target;
+      if (std::fabs(over) <= rounding && g.density > 0) {
+        found = v;
+        return;
+      }
+      (over >= 0 ? high : low) = v;
+      const double middle = low + (high - low) / 2, aimed = v - over / g.density;
+      // A step may leave the bracket, or crawl where the distribution jumps: then halve.
+      v = i % 4 != 3 && aimed > low && aimed < high ? aimed : middle;
+    }
+  }
+};
+
+// What the pass over the cells looks for. Slot k holds the values of d between the edges k − 1 and k of the histogram;
+// it is quiet if no interval of a quantile reaches into it.
+class Plan {
+ public:
+  Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins)
+      : intervals(std::move(of_quantiles)), no_edges(-half, half, bins), quiet_(bins + 2, 1), next_(bins + 2) {
+    for (const Interval& i : intervals) {
+      const std::size_t first = slot_of(i.low), last = slot_of(i.high);
+      std::fill(quiet_.begin() + static_cast<std::ptrdiff_t>(first),
+                quiet_.begin() + static_cast<std::ptrdiff_t>(last) + 1, 0);
+      for (std::size_t k = last + 1; k < next_.size(); ++k) ++next_[k];
+    }
+  }
+
+  [[nodiscard]] std::size_t slot_of(double d) const { return no_edges.edges_below(d); }
+  [[nodiscard]] std::size_t slots() const { return quiet_.size(); }
+  [[nodiscard]] bool is_quiet(std::size_t slot) const { return quiet_[slot] != 0; }
+  /// Of a quiet slot: the first interval behind it.
+  [[nodiscard]] std::size_t next_interval(std::size_t slot) const { return next_[slot]; }
+
+  const std::vector<Interval> intervals;
+  const EdgeSums no_edges;
+
+ private:
+  std::vector<unsigned char> quiet_;
+  std::vector<std::size_t> next_;
+};
+
+// All that a block of cells adds.
+struct Tally {
+  const Plan& plan;
+  Totals totals{};
+  EdgeSums edges = plan.no_edges;
+  Shares shares{plan.intervals};
+  std::vector<Sum> within = std::vector<Sum>(plan.slots());  // cells within one slot
+
+  void add(const Cell& unsorted) {
+    const Cell cell = sorted(unsorted);
+    totals.add(cell);
+    const std::size_t slot = plan.slot_of(cell.d[0]);
+    const bool is_within = plan.slot_of(cell.d[2]) == slot;
+    if (is_within)
+      within[slot].add(cell.area);
+    else
+      edges.add(cell);
+    if (!(is_within && plan.is_quiet(slot))) shares.add(cell);
+  }
+  void close() {
+    for (std::size_t slot = 0; slot < within.size(); ++slot) {
+      edges.add_between(slot, within[slot].value());
+      if (plan.is_quiet(slot)) shares.add_between(plan.next_interval(slot), within[slot].value());
+    }
+  }
+};
+
+// What one pass over all cells gives.
+struct Pass {
+  Totals totals;
+  std::vector<double> area_up_to_edges;
+  std::vector<Shares> shares;  // of each block
+};
+
+template <class Source>
+Pass pass_over(const Source& cells, const Plan& plan) {
+  struct Sums {
+    Totals totals;
+    EdgeSums edges;
+  };
+  Pass pass;
+  pass.shares.assign((items_of(cells) + block - 1) / block, Shares(plan.intervals));
+  const Sums sums = reduce_blocks<Sums>(
+      items_of(cells), block,
+      [&](std::size_t begin, std::size_t end) {
+        Tally tally{plan};
+        for_cells(cells, begin, end, [&](const Cell& cell) { tally.add(cell); });
+        tally.close();
+        pass.shares[begin / block] = std::move(tally.shares);
+        return Sums{tally.totals, std::move(tally.edges)};
+      },
+      [](Sums& total, const Sums& part) {
+        total.totals.add(part.totals);
+        total.edges.add(part.edges);
+      });
+  pass.totals = sums.totals;
+  pass.area_up_to_edges = sums.edges.values();
+  return pass;
+}
+
+std::vector<Search> searches_for(const std::vector<Quantile>& wanted, const Estimate& estimate, double limit) {
+  std::vector<Search> searches;
+  for (Quantile q : wanted) {
+    Interval centre{q.centre, q.centre};
+    if (q.about != Quantile::nothing) {
+      centre = searches[q.about].bracket;
+      q.centre = centre.low + (centre.high - centre.low) / 2;
+    }
+    searches.push_back({q, estimate.bracket(q, limit), centre, {}});
+  }
+  return searches;
+}
+
+// Empty if all are found.
+std::vector<Interval> intervals_of(const std::vector<Search>& searches) {
+  std::vector<Interval> intervals;
+  for (const Search& s : searches)
+    if (!s.found) s.add_intervals(intervals);
+  return merged(std::move(intervals));
+}
+
+void solve(std::vector<Search>& searches, const AreaUpTo& area, double whole, double limit) {
+  for (Search& s : searches) {
+    if (s.found) continue;
+    if (s.wanted.about != Quantile::nothing) {
+      const Search& centre = searches[s.wanted.about];
+      s.centre = centre.found ? Interval{*centre.found, *centre.found} : centre.bracket;
+      s.wanted.centre = s.centre.low;
+      if (!centre.found) continue;
+    }
+    s.solve(area, s.wanted.share * whole, limit);
+  }
+}
+
+Histogram histogram_of(double half, std::vector<double> area_up_to_edges, double area) {
+  const std::size_t bins = area_up_to_edges.size() - 1;
+  const auto count = static_cast<double>(bins);
+  area_up_to_edges.front() = 0;
+  area_up_to_edges.back() = area;
+  Histogram h;
+  for (std::size_t k = 0; k <= bins; ++k) h.edges.push_back(half * (2.0 * static_cast<double>(k) - count) / count);
+  for (std::size_t k = 0; k < bins; ++k)
+    h.areas.push_back(std::max(0.0, area_up_to_edges[k + 1] - area_up_to_edges[k]));
+  return h;
+}
+
+}  // namespace
+
+double area_below(const Cell& cell, double v) {
+  const auto [d0, d1, d2] = sorted(cell).d;
+  if (v < d0) return 0;
+  if (v >= d2) return cell.area;
+  if (v < d1) return cell.area * ((v - d0) / (d1 - d0)) * ((v - d0) / (d2 - d0));
+  return cell.area - cell.area * ((d2 - v) / (d2 - d0)) * ((d2 - v) / (d2 - d1));
+}
+
+double bound_of_difference(const CellView& cells) {
+  double bound = 0;
+  for_cells(cells, 0, items_of(cells), [&](const Cell& cell) {
+    for (const double d : cell.d) bound = std::max(bound, std::fabs(d));
+  });
+  return bound;
+}
+
+double bound_of_difference(const OverlayCells& cells) { return cells.overlay.bound_of_difference(); }
+
+template <class Source>
+Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins, const Context& context) {
+  context.check();
+  const Estimate estimate(cells);
+  const double limit = estimate.complete() ? estimate.largest() : bound_of_difference(cells);
+  // Wide enough for most of the area, not for the last outlier.
+  double half = std::min(estimate.largest(), 1.5 * estimate.absolute_quantile(0.99));
+  if (!(half > 0)) half = estimate.largest() > 0 ? estimate.largest() : (limit > 0 ? limit : 1);
+  std::vector<Search> searches = searches_for(wanted, estimate, limit);
+  const Plan plan(intervals_of(searches), half, bins);
+  Pass pass = pass_over(cells, plan);
+  Described result{pass.totals, {}, {}};
+  const double area = pass.totals.area.value();
+  if (!(area > 0)) return result;
+  result.histogram = pass.totals.largest() > 0 ? histogram_of(half, std::move(pass.area_up_to_edges), area)
+                                               : Histogram{{-1, 1}, {area}};
+  solve(searches, AreaUpTo(plan.intervals, std::move(pass.shares)), area, limit);
+  for (auto intervals = intervals_of(searches); !intervals.empty(); intervals = intervals_of(searches)) {
+    context.check();
+    const Plan again(std::move(intervals), half, bins);
+    solve(searches, AreaUpTo(again.intervals, pass_over(cells, again).shares), area, limit);
+  }
+  for (const Search& s : searches) result.quantiles.push_back(*s.found);
+  return result;
+}
+
+template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
+template Described describe(const OverlayCells&, const std::vector<Quantile>&, std::size_t, const Context&);
+
+}  // namespace isopach

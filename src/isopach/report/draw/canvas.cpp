@@ -1,0 +1,165 @@
+#include "isopach/report/draw/canvas.hpp"
+
+#include <cstring>
+
+#include <cairo.h>
+#include <png.h>
+
+#include "isopach/base/error.hpp"
+#include "isopach/io/output_file.hpp"
+#include "isopach/io/write.hpp"
+#include "isopach/report/page/words.hpp"
+
+namespace isopach {
+
+struct Canvas::Cairo {
+  cairo_surface_t* surface;
+  cairo_t* context;
+  Cairo(int width, int height)
+      : surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height)), context(cairo_create(surface)) {}
+  ~Cairo() {
+    cairo_destroy(context);
+    cairo_surface_destroy(surface);
+  }
+  Cairo(const Cairo&) = delete;
+  Cairo& operator=(const Cairo&) = delete;
+
+  void colour(const Rgb& c) const { cairo_set_source_rgb(context, c.r, c.g, c.b); }
+  void font(const Font& f) const {
+    cairo_select_font_face(context, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
+                           f.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_font_size(context, f.size);
+    colour(f.colour);
+  }
+};
+
+Canvas::Canvas(int width, int height, const Rgb& background) : cairo_(std::make_shared<Cairo>(width, height)) {
+  if (cairo_status(cairo_->context) != CAIRO_STATUS_SUCCESS)
+    throw Error(ExitCode::internal,
+                std::string("map: cairo: ") + cairo_status_to_string(cairo_status(cairo_->context)));
+  cairo_->colour(background);
+  cairo_paint(cairo_->context);
+}
+
+double Canvas::text_width(const std::string& text, const Font& font) {
+  cairo_->font(font);
+  cairo_text_extents_t extents;
+  cairo_text_extents(cairo_->context, clean_utf8(text).c_str(), &extents);
+  return extents.x_advance;
+}
+
+std::string Canvas::fitted(const std::string& text, const Font& font, double width) {
+  if (text_width(text, font) <= width) return text;
+  const auto boundary = [&](std::size_t i) {  // never inside a UTF-8 sequence
+    while (i < text.size() && (static_cast<unsigned char>(text[i]) & 0xC0u) == 0x80u) ++i;
+    return i;
+  };
+  for (std::size_t keep = text.size() - 1; keep > 1; --keep) {
+    const std::string cut = text.substr(0, boundary(keep / 2)) + "…" + text.substr(boundary(text.size() - keep / 2));
+    if (text_width(cut, font) <= width) return cut;
+  }
+  return "…";
+}
+
+void Canvas::text(double x, double y, const std::string& text, const Font& font, TextAlign align) {
+  const double width = align == TextAlign::left ? 0 : text_width(text, font);
+  cairo_->font(font);
+  cairo_move_to(cairo_->context,
+                x - (align == TextAlign::right    ? width
+                     : align == TextAlign::centre ? width / 2
+                                                  : 0),
+                y);
+  cairo_show_text(cairo_->context, clean_utf8(text).c_str());
+}
+
+void Canvas::text_upwards(double x, double y, const std::string& words, const Font& font, TextAlign align) {
+  cairo_save(cairo_->context);
+  cairo_translate(cairo_->context, x, y);
+  cairo_rotate(cairo_->context, -1.5707963267948966);
+  text(0, 0, words, font, align);
+  cairo_restore(cairo_->context);
+}
+
+void Canvas::line(double x0, double y0, double x1, double y1, double width, const Rgb& colour) {
+  cairo_->colour(colour);
+  cairo_set_line_width(cairo_->context, width);
+  cairo_move_to(cairo_->context, x0, y0);
+  cairo_line_to(cairo_->context, x1, y1);
+  cairo_stroke(cairo_->context);
+}
+
+void Canvas::box(double x, double y, double width, double height, const Rgb& fill) {
+  cairo_->colour(fill);
+  cairo_rectangle(cairo_->context, x, y, width, height);
+  cairo_fill(cairo_->context);
+}
+
+void Canvas::frame(double x, double y, double width, double height, double line_width, const Rgb& colour) {
+  cairo_->colour(colour);
+  cairo_set_line_width(cairo_->context, line_width);
+  cairo_rectangle(cairo_->context, x, y, width, height);
+  cairo_stroke(cairo_->context);
+}
+
+void Canvas::triangle(double x0, double y0, double x1, double y1, double x2, double y2, const Rgb& fill) {
+  cairo_->colour(fill);
+  cairo_move_to(cairo_->context, x0, y0);
+  cairo_line_to(cairo_->context, x1, y1);
+  cairo_line_to(cairo_->context, x2, y2);
+  cairo_close_path(cairo_->context);
+  cairo_fill(cairo_->context);
+}
+
+void Canvas::picture(int x, int y, const Image& image) {
+  cairo_surface_t* source = cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height);
+  cairo_surface_flush(source);
+  unsigned char* data = cairo_image_surface_get_data(source);
+  const int stride = cairo_image_surface_get_stride(source);
+  for (int row = 0; row < image.height; ++row)
+    for (int column = 0; column < image.width; ++column) {
+      const std::size_t at = 3 * (static_cast<std::size_t>(row) * static_cast<std::size_t>(image.width) +
+                                  static_cast<std::size_t>(column));
+      const std::uint32_t pixel = static_cast<std::uint32_t>(image.rgb[at]) << 16 |
+                                  static_cast<std::uint32_t>(image.rgb[at + 1]) << 8 | image.rgb[at + 2];
+      std::memcpy(data + static_cast<std::ptrdiff_t>(row) * stride + 4 * column, &pixel, 4);
+    }
+  cairo_surface_mark_dirty(source);
+  cairo_set_source_surface(cairo_->context, source, x, y);
+  cairo_paint(cairo_->context);
+  cairo_surface_destroy(source);
+}
+
+Image Canvas::image() const {
+  cairo_surface_flush(cairo_->surface);
+  Image out;
+  out.width = cairo_image_surface_get_width(cairo_->surface);
+  out.height = cairo_image_surface_get_height(cairo_->surface);
+  out.rgb.resize(3 * static_cast<std::size_t>(out.width) * static_cast<std::size_t>(out.height));
+  const unsigned char* data = cairo_image_surface_get_data(cairo_->surface);
+  const int stride = cairo_image_surface_get_stride(cairo_->surface);
+  std::size_t at = 0;
+  for (int row = 0; row < out.height; ++row)
+    for (int column = 0; column < out.width; ++column) {
+      std::uint32_t pixel;
+      std::memcpy(&pixel, data + static_cast<std::ptrdiff_t>(row) * stride + 4 * column, 4);
+      out.rgb[at++] = static_cast<unsigned char>(pixel >> 16 & 0xFF);
+      out.rgb[at++] = static_cast<unsigned char>(pixel >> 8 & 0xFF);
+      out.rgb[at++] = static_cast<unsigned char>(pixel & 0xFF);
+    }
+  return out;
+}
+
+void write_png(const std::string& path, const Image& image) {
+  write_atomically(path, [&](const std::string& temporary) {
+    png_image png{};
+    png.version = PNG_IMAGE_VERSION;
+    png.width = static_cast<png_uint_32>(image.width);
+    png.height = static_cast<png_uint_32>(image.height);
+    png.format = PNG_FORMAT_RGB;
+    png.flags = PNG_IMAGE_FLAG_FAST;
+    if (png_image_write_to_file(&png, temporary.c_str(), 0, image.rgb.data(), 0, nullptr) == 0)
+      fail_to_write(path, png.message);
+  });
+}
+
+}  // namespace isopach
