@@ -115,7 +115,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
     json = comparison_json(comparison, folder->names(), matched);
     write_text_atomically(result, json);
     write_text_atomically(histogram, histogram_csv(comparison));
-    write_html(report, comparison, map, json, truth, context, delivery.map, matched);
+    write_html(report, comparison, json, {map, truth, delivery.map, matched}, context);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

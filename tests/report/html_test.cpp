@@ -30,7 +30,7 @@ Comparison hills() {
 
 std::string page(const Comparison& c, const std::string& map = "", const std::optional<Truth>& truth = std::nullopt) {
   const std::string path = testing::TempDir() + "isopach_html_test.html";
-  write_html(path, c, map, comparison_json(c, {"result.json"}), truth, {});
+  write_html(path, c, comparison_json(c, {"result.json"}), {map, truth, {}, nullptr}, {});
   std::ifstream in(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   std::filesystem::remove(path);

@@ -436,16 +436,10 @@ class Page : public HtmlPage {
 
 }  // namespace
 
-void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
-                const std::optional<Truth>& truth, const Context& context, const MapOptions& look) {
-  write_html(path, c, map_png, json, truth, context, look, nullptr);
-}
-
-void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
-                const std::optional<Truth>& truth, const Context& context, const MapOptions& look,
-                const Matching* matched) {
+void write_html(const std::string& path, const Comparison& c, const std::string& json, const PageOptions& options,
+                const Context& context) {
   context.check();
-  write_text_atomically(path, Page(c, json, look, matched).write(map_png, truth));
+  write_text_atomically(path, Page(c, json, options.look, options.matched).write(options.map_png, options.truth));
 }
 
 }  // namespace isopach

@@ -10,6 +10,8 @@
 
 namespace isopach {
 
+struct Matching;
+
 /// result.json (schema isopach.compare/1): keys in the order of docs/schema/compare-1.json, no NaN, shortest round-trip
 /// numbers, two-space indent. `outputs` are the files written beside it.
 [[nodiscard]] std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs);
@@ -68,11 +70,17 @@ void write_overlay_cells(const std::string& path, const Comparison& c, const Con
 /// points_a.ply / points_b.ply: the input points with attributes_of(fields).
 void write_points(const std::string& path, const CloudView& cloud, const PointFields& fields, const Context& context);
 
+/// What a page shows beside the numbers of a comparison.
+struct PageOptions {
+  std::string map_png;           ///< path of the map, already written; empty: no map
+  std::optional<Truth> truth;    ///< stands beside the result
+  MapOptions look;               ///< the palette of the map, for the histogram, and its title
+  const Matching* matched = {};  ///< how B was moved before, said under the headline; null: it was not
+};
+
 /// report.html: one file that opens from disk without a network: map, numbers with units and one-line explanations,
-/// histogram, parameters, warnings; with `truth`, the truth beside the result. `map_png` is the path of the map
-/// (already written; empty = no map), `json` the text of comparison_json: every number on the page is read from it,
-/// `look` the palette of the map, for the histogram.
-void write_html(const std::string& path, const Comparison& c, const std::string& map_png, const std::string& json,
-                const std::optional<Truth>& truth, const Context& context, const MapOptions& look = {});
+/// histogram, parameters, warnings. `json` is the text of comparison_json: every number on the page is read from it.
+void write_html(const std::string& path, const Comparison& c, const std::string& json, const PageOptions& options,
+                const Context& context);
 
 }  // namespace isopach

@@ -101,11 +101,10 @@ void Canvas::frame(double x, double y, double width, double height, double line_
   cairo_stroke(cairo_->context);
 }
 
-void Canvas::triangle(double x0, double y0, double x1, double y1, double x2, double y2, const Rgb& fill) {
+void Canvas::triangle(const std::array<Point2, 3>& corners, const Rgb& fill) {
   cairo_->colour(fill);
-  cairo_move_to(cairo_->context, x0, y0);
-  cairo_line_to(cairo_->context, x1, y1);
-  cairo_line_to(cairo_->context, x2, y2);
+  for (std::size_t k = 0; k < 3; ++k)
+    (k == 0 ? cairo_move_to : cairo_line_to)(cairo_->context, corners[k].x, corners[k].y);
   cairo_close_path(cairo_->context);
   cairo_fill(cairo_->context);
 }

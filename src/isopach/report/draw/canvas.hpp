@@ -1,9 +1,11 @@
 // Canvas: the little drawing a map needs (text, lines, boxes, a picture), on cairo, without a display; written as PNG.
 #pragma once
+#include <array>
 #include <memory>
 #include <string>
 
 #include "isopach/base/array.hpp"
+#include "isopach/geom/vec.hpp"
 #include "isopach/report/draw/palette.hpp"
 
 namespace isopach {
@@ -38,7 +40,7 @@ class Canvas {
   void line(double x0, double y0, double x1, double y1, double width, const Rgb& colour);
   void box(double x, double y, double width, double height, const Rgb& fill);
   void frame(double x, double y, double width, double height, double line_width, const Rgb& colour);
-  void triangle(double x0, double y0, double x1, double y1, double x2, double y2, const Rgb& fill);
+  void triangle(const std::array<Point2, 3>& corners, const Rgb& fill);
   void picture(int x, int y, const Image& image);
 
   [[nodiscard]] Image image() const;

@@ -366,7 +366,7 @@ class Map {
     const double gap = std::copysign(3 * s_, reach);
     const auto p = bar_.at(from + gap, 0), q = bar_.at(from + gap, bar_.thickness);
     const auto tip = bar_.at(from + gap + reach, bar_.thickness / 2);
-    canvas.triangle(p.x, p.y, q.x, q.y, tip.x, tip.y, colour);
+    canvas.triangle({{{p.x, p.y}, {q.x, q.y}, {tip.x, tip.y}}}, colour);
   }
 
   /// The limit has two digits, its half at most three; no zeros behind them.
