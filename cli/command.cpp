@@ -181,6 +181,10 @@ std::vector<std::string>& given_words() {
   static std::vector<std::string> words;
   return words;
 }
+std::vector<std::string>& given_scans() {
+  static std::vector<std::string> words;
+  return words;
+}
 
 CLI::Validator validator(std::function<std::string(std::string&)> check) {
   return CLI::Validator(std::move(check), "");
@@ -240,6 +244,26 @@ Command::Command(const std::string& verb, const std::string& description, const 
 }
 
 const std::vector<std::string>& input_words() { return given_words(); }
+const std::vector<std::string>& scan_words() { return given_scans(); }
+
+namespace {
+
+/// Refuses `--budget ''`, which would be looked for as a file without a name.
+void refuse_empty_names(const CLI::App& app, const Arguments& arguments) {
+  const auto names_a_file = [&](const std::string& word) {
+    const CLI::Option* option = app.get_option_no_throw(word);
+    return option != nullptr && (option->get_type_name() == "FILE" || option->get_type_name() == "DIR");
+  };
+  for (std::size_t i = 0; i < arguments.size(); ++i) {
+    const std::string& word = arguments[i];
+    const bool joined = word.size() > 1 && word.back() == '=' && names_a_file(word.substr(0, word.size() - 1));
+    if (joined || (i + 1 < arguments.size() && arguments[i + 1].empty() && word.size() > 1 && word.front() == '-' &&
+                   names_a_file(word)))
+      throw UsageError(fmt::format("{}: the name is empty", joined ? word.substr(0, word.size() - 1) : word));
+  }
+}
+
+}  // namespace
 
 std::string Command::unknown_word() const {
   std::vector<std::string> names;
@@ -261,12 +285,15 @@ bool Command::parse(const Arguments& arguments) {
   app_.set_config("--config", "", "Read options from FILE: lines 'name = value', # for comments; the command line wins")
       ->type_name("FILE")
       ->group("Run");
+  refuse_empty_names(app_, arguments);
   Arguments reversed(arguments.rbegin(), arguments.rend());
   try {
     app_.parse(reversed);
-    for (const CLI::Option* option : app_.get_options())
-      if (!option->check_lname("output"))
-        given_words().insert(given_words().end(), option->results().begin(), option->results().end());
+    for (const CLI::Option* option : app_.get_options()) {
+      const auto& words = option->results();
+      if (!option->check_lname("output")) given_words().insert(given_words().end(), words.begin(), words.end());
+      if (option->get_positional()) given_scans().insert(given_scans().end(), words.begin(), words.end());
+    }
     return true;
   } catch (const CLI::CallForHelp&) {
     fmt::print("{}", app_.help());
