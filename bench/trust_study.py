@@ -32,7 +32,7 @@ def arguments():
     parser.add_argument("--data", default=environment.ROOT.parent / "shared" / "data", type=pathlib.Path)
     parser.add_argument("--jobs", type=int, default=1, help="runs at a time")
     parser.add_argument("--starts", type=int, default=starts.STARTS, metavar="N", help="of each pair, the first N of %(default)s")
-    parser.add_argument("--only", help="pairs whose name or group contains this")
+    parser.add_argument("--only", help="pairs whose name or group contains one of these, by commas")
     parser.add_argument("--page", type=pathlib.Path, default=environment.ROOT / "docs" / "evidence" / "trust-study.md")
     parser.add_argument("--no-run", action="store_true", help="only the page of what was run")
     parser.add_argument("--case", help="PAIR:START, e.g. 'quarry, scanned twice:3'")
@@ -49,7 +49,7 @@ def chosen_pairs(told):
         missing = [folder for folder in pair.needs if not (told.data / folder).is_dir()]
         if missing:
             print(f"{pair.name}: left out, no {', '.join(missing)} in the data", file=sys.stderr)
-        elif not told.only or told.only in pair.name or told.only in pair.group:
+        elif is_asked(told.only, pair.name, pair.group):
             found.append(pair)
     return found
 
@@ -65,6 +65,10 @@ def write_case(told, source, cache):
     np.savetxt(told.out / "truth.txt", truth, fmt="%.17g")
     words = " ".join(map(str, runs.command(start.objective)))
     print(f"{pair.kind}; {100 * common:.0f} % in common; truth in truth.txt\nisopach match moving.ply fixed.ply {words}")
+
+
+def is_asked(only, pair, group):
+    return not only or any(word in pair or word in group for word in only.split(","))
 
 
 def main():
@@ -83,7 +87,7 @@ def main():
                        lambda text: print(text, flush=True))
     known = {(p.label, p.digest) for p in programs}
     rows = [r for r in runs.read_rows(results) if (r["program"], r["digest"]) in known and r["start"] < count]
-    rows = [r for r in rows if not told.only or told.only in r["pair"] or told.only in r["group"]]
+    rows = [r for r in rows if is_asked(told.only, r["pair"], r["group"])]
     new, old = ([r for r in rows if r["program"] == label] for label in ("new", "old"))
     told.page.write_text(page.written(new or old, old if new else [], pairs.POINTS, runs.LONGEST,
                                       "now" if new else "before"))

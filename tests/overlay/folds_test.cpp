@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <numbers>
 #include <set>
 
 #include "isopach/base/parallel.hpp"
@@ -185,6 +186,25 @@ TEST(Folds, EqualTheDefinition) {
       }
       expect_twin(scan_of(points, [&](const Point2&, Random& r) { return side * r.bell(); }), family.name + ", noise");
     }
+}
+
+// Nodes with hundreds of neighbours, whose spacing and steps are kept instead of being asked again by each of them.
+TEST(Folds, EqualTheDefinitionRoundHubs) {
+  for (const std::size_t spokes : {70u, 250u}) {
+    Points points{{0, 0}};
+    for (std::size_t k = 0; k < spokes; ++k) {
+      const double angle = 2 * std::numbers::pi * static_cast<double>(k) / static_cast<double>(spokes);
+      points.push_back({std::cos(angle), std::sin(angle)});
+    }
+    for (const std::uint64_t seed : {1u, 2u, 3u}) {
+      const auto layers = [](const Point2&, Random& r) { return r.uniform() < 0.5 ? 1.0 : 0.0; };
+      expect_twin(scan_of(points, layers, seed, false), "two layers");
+      expect_twin(scan_of(
+                      points, [](const Point2&, Random& r) { return r.bell(); }, seed, false),
+                  "noise");
+      points[0] = {0.1 * static_cast<double>(seed), 0.05};
+    }
+  }
 }
 
 Points in_square(std::size_t n, std::uint64_t seed) { return uniform(n, seed); }

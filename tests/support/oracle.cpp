@@ -352,11 +352,52 @@ std::vector<HullSide> hull_sides(const BruteSurface& s) {
 
 }  // namespace
 
+namespace {
+
+/// A height on a side of the cell: between the nearest places where it is known, ends of the side that lie in the hull
+/// and where the side meets the border of the hull.
+std::optional<long double> on_side(const CellCorner& c, const CellCorner& a, const CellCorner& b,
+                                   const std::vector<HullSide>& hull, long double CellCorner::*height) {
+  const long double dx = b.x - a.x, dy = b.y - a.y, length2 = dx * dx + dy * dy;
+  const long double off = (c.x - a.x) * dy - (c.y - a.y) * dx, t = ((c.x - a.x) * dx + (c.y - a.y) * dy) / length2;
+  if (std::fabs(off) > 1e-13L * length2 || t < 1e-15L || t > 1 - 1e-15L) return {};
+  const auto is_in = [&](const CellCorner& p) {
+    return std::all_of(hull.begin(), hull.end(), [&](const HullSide& s) { return left_of(s, p) >= 0; });
+  };
+  std::vector<std::pair<long double, long double>> known;
+  if (is_in(a)) known.emplace_back(0, a.*height);
+  if (is_in(b)) known.emplace_back(1, b.*height);
+  for (const HullSide& s : hull) {
+    const long double ha = left_of(s, a), hb = left_of(s, b);
+    if ((ha < 0) == (hb < 0) && ha != 0 && hb != 0) continue;
+    if (ha == hb) continue;
+    const long double u = ha / (ha - hb);
+    const CellCorner p{a.x + u * dx, a.y + u * dy, 0, 0};
+    const long double ex = s.q.x - static_cast<long double>(s.p.x), ey = s.q.y - static_cast<long double>(s.p.y);
+    const long double v = ((p.x - s.p.x) * ex + (p.y - s.p.y) * ey) / (ex * ex + ey * ey);
+    if (v > -1e-13L && v < 1 + 1e-13L) known.emplace_back(u, s.zp + std::clamp(v, 0.0L, 1.0L) * (s.zq - s.zp));
+  }
+  std::sort(known.begin(), known.end());
+  for (std::size_t k = 1; k < known.size(); ++k)
+    if (known[k - 1].first <= t + 1e-15L && t <= known[k].first + 1e-15L && known[k].first > known[k - 1].first)
+      return known[k - 1].second +
+             (t - known[k - 1].first) / (known[k].first - known[k - 1].first) * (known[k].second - known[k - 1].second);
+  return {};
+}
+
+}  // namespace
+
 Parts brute_parts_in_hulls(const std::array<CellCorner, 3>& cell, const std::vector<HullSide>& first,
                            const std::vector<HullSide>& second) {
   std::vector<CellCorner> polygon(cell.begin(), cell.end());
   polygon = cut_to(cut_to(polygon, first, &CellCorner::z1), second, &CellCorner::z2);
   if (polygon.size() < 3) return {};
+  for (CellCorner& c : polygon)
+    for (std::size_t k = 0; k < 3; ++k) {
+      const CellCorner &p = cell[k], &q = cell[(k + 1) % 3];
+      if (const auto z = on_side(c, p, q, first, &CellCorner::z1); z && !first.empty()) c.z1 = *z;
+      if (const auto z = on_side(c, p, q, second, &CellCorner::z2); z && !second.empty()) c.z2 = *z;
+    }
   std::rotate(
       polygon.begin(),
       std::min_element(polygon.begin(), polygon.end(),

@@ -62,9 +62,10 @@ Figures figures_of(std::vector<double> values) {
 /// `distance_of(point)` for all kept points of a scan, in parallel; the field over all points of its file beside it.
 template <class F>
 Figures over_points(const PosedScan& scan, std::size_t points, const std::string& name, std::vector<Attribute>& fields,
-                    F&& distance_of) {
+                    const Context& context, F&& distance_of) {
   std::vector<double> values(scan.kept.points.size());
   for_blocks(values.size(), query_block, [&](std::size_t begin, std::size_t end) {
+    context.check();
     for (std::size_t i = begin; i < end; ++i) values[i] = distance_of(scan.kept.points[i]);
   });
   Array<double> all(points);
@@ -200,8 +201,8 @@ class Page {
   void both_ways(const char* name, std::optional<BothWays<Figures>>& figures, A&& of_a, B&& of_b) {
     clock_.start(name);
     figures.emplace();
-    figures->a_to_b = over_points(a_, cloud_a_.points.size(), name, d_.fields_a, of_a);
-    figures->b_to_a = over_points(b_, cloud_b_.points.size(), name, d_.fields_b, of_b);
+    figures->a_to_b = over_points(a_, cloud_a_.points.size(), name, d_.fields_a, context_, of_a);
+    figures->b_to_a = over_points(b_, cloud_b_.points.size(), name, d_.fields_b, context_, of_b);
   }
 
   void measure_points() {

@@ -101,6 +101,7 @@ SurfaceFigures measure_surface(const Mesh& mesh, const SurfaceTree& other, doubl
       [&](std::size_t begin, std::size_t end) {
         Part part;
         for (std::size_t i = begin; i < end; ++i) {
+          context.check();  // a face may have all the samples
           const Corners c = mesh.corners(i);
           const double face = face_area(c), k = std::max(1.0, std::ceil(std::sqrt(face * parts_per_area)));
           measure_face(c, face, k, RandomStream(pass, i), other, part);

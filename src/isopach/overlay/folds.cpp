@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <unordered_map>
 #include <vector>
 
 #include "isopach/base/median.hpp"
@@ -112,10 +113,13 @@ class Finder {
   }
 
   [[nodiscard]] Scale scale(Index node) {
+    if (const auto known = scale_of_hub_.find(node); known != scale_of_hub_.end()) return known->second;
     steps_.clear();
     steps_.push_back(step(node));
     stars_.for_neighbours(node, [&](Index n) { steps_.push_back(step(n)); });
-    return {spacing(node), median(steps_)};
+    const Scale found{spacing(node), median(steps_)};
+    if (values_.size() > most_asked_again) scale_of_hub_[node] = found;
+    return found;
   }
 
   [[nodiscard]] double spacing(Index node) {
@@ -124,9 +128,13 @@ class Finder {
     return std::sqrt(kth_smallest(values_, 3));
   }
   [[nodiscard]] double step(Index node) {
+    if (const auto known = step_of_hub_.find(node); known != step_of_hub_.end()) return known->second;
     values_.clear();
     stars_.for_neighbours(node, [&](Index n) { values_.push_back(std::fabs(z_[n] - z_[node])); });
-    return kth_smallest(values_, 2);
+    const bool is_hub = values_.size() > most_asked_again;
+    const double found = kth_smallest(values_, 2);
+    if (is_hub) step_of_hub_[node] = found;
+    return found;
   }
   [[nodiscard]] double squared(Index a, Index b) const {
     const double dx = xy_[b].x - xy_[a].x, dy = xy_[b].y - xy_[a].y;
@@ -150,13 +158,19 @@ class Finder {
   std::vector<Neighbour> ring_;
   std::vector<Index> others_;
   std::vector<double> values_, steps_;
+  // Every neighbour asks for what its neighbours have: of a node with thousands of them that is asked once.
+  static constexpr std::size_t most_asked_again = 64;
+  std::unordered_map<Index, Scale> scale_of_hub_;
+  std::unordered_map<Index, double> step_of_hub_;
 };
 
-/// f(node) for the nodes within two edges; some more than once.
+/// f(node) for the nodes within two edges; some more than once, but the neighbours of no node twice: `asked`.
 template <class F>
-void for_near(const Stars& stars, Index node, F&& f) {
+void for_near(const Stars& stars, Index node, std::vector<bool>& asked, F&& f) {
   stars.for_neighbours(node, [&](Index n) {
     f(n);
+    if (asked[n]) return;
+    asked[n] = true;
     stars.for_neighbours(n, f);
   });
 }
@@ -164,7 +178,7 @@ void for_near(const Stars& stars, Index node, F&& f) {
 /// Rule 4: the nodes of groups that count.
 std::vector<Index> groups_that_count(const Stars& stars, const Array<unsigned char>& cover) {
   std::vector<Index> all;
-  std::vector<bool> seen(cover.size());
+  std::vector<bool> seen(cover.size()), asked(cover.size());
   for (std::size_t i = 0; i < cover.size(); ++i) {
     if (cover[i] != surely_covered || seen[i]) continue;
     std::vector<Index> group{static_cast<Index>(i)};
@@ -173,7 +187,7 @@ std::vector<Index> groups_that_count(const Stars& stars, const Array<unsigned ch
     for (std::size_t k = 0; k < group.size(); ++k) {
       sure += cover[group[k]] == surely_covered ? 1 : 0;
       const Index node = group[k];
-      for_near(stars, node, [&](Index n) {
+      for_near(stars, node, asked, [&](Index n) {
         if (cover[n] == open || seen[n]) return;
         seen[n] = true;
         group.push_back(n);

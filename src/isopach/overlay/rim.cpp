@@ -158,9 +158,15 @@ std::vector<RimCrossing> crossings(const Triangulation& t, std::span<const Point
 
 const std::vector<RimPiece>& RimCutter::operator()(const RimCell& cell) {
   RimPiece whole;
-  auto nodes = cell.nodes;
-  std::rotate(nodes.begin(), std::min_element(nodes.begin(), nodes.end()), nodes.end());
-  for (const Index v : nodes) whole.corners.push_back({{xy_[v].x, xy_[v].y, z_[0][v], z_[1][v]}});
+  constexpr std::array<unsigned char, 3> sides_at{0b101, 0b011, 0b110};  // side k runs from corner k to the next
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Index v = cell.nodes[k];
+    RimCorner& c = whole.corners.emplace_back();
+    static_cast<Corner&>(c) = {xy_[v].x, xy_[v].y, z_[0][v], z_[1][v]};
+    c.sides = sides_at[k];
+  }
+  const auto first = std::min_element(cell.nodes.begin(), cell.nodes.end()) - cell.nodes.begin();
+  std::rotate(whole.corners.begin(), whole.corners.begin() + first, whole.corners.end());
   pieces_.assign(1, whole);
   unsigned bounded = 0;
   for (std::size_t i = 0; i < cell.across.size(); ++i) {
@@ -173,6 +179,7 @@ const std::vector<RimPiece>& RimCutter::operator()(const RimCell& cell) {
     bounded |= side.of;
     cut_along(side, cell);
   }
+  settle_heights(cell);
   for (RimPiece& piece : pieces_) {
     Point2 middle{0, 0};
     for (const Corner& c : piece.corners) middle.x += c.x, middle.y += c.y;
@@ -227,7 +234,10 @@ void RimCutter::cut(const RimPiece& piece, const BorderSide& side, const RimCell
     // From left to right, whichever piece asks: neighbours get the same point.
     const RimCorner &l = ha > 0 ? a : b, &r = ha > 0 ? b : a;
     const double hl = std::max(ha, hb), hr = std::min(ha, hb), s = hl / (hl - hr);
-    RimCorner c{{l.x + s * (r.x - l.x), l.y + s * (r.y - l.y), l.z1 + s * (r.z1 - l.z1), l.z2 + s * (r.z2 - l.z2)}};
+    RimCorner c;
+    static_cast<Corner&>(c) = {l.x + s * (r.x - l.x), l.y + s * (r.y - l.y), l.z1 + s * (r.z1 - l.z1),
+                               l.z2 + s * (r.z2 - l.z2)};
+    c.sides = l.sides & r.sides;
     for (std::size_t scan = 0; scan < 2; ++scan)
       if (l.border[scan] == r.border[scan]) c.border[scan] = l.border[scan];
     c = on_border(c, side);
@@ -249,6 +259,41 @@ RimCorner RimCutter::on_border(RimCorner c, const BorderSide& side) const {
   if ((side.of & of_a) != 0) c.z1 = between(z_[0]), c.border[0] = {a, b};
   if ((side.of & ~of_a) != 0) c.z2 = between(z_[1]), c.border[1] = {a, b};
   return c;
+}
+
+void RimCutter::settle_heights(const RimCell& cell) {
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t scan = 0; scan < 2; ++scan) settle_heights(cell, k, scan);
+}
+
+/// Side k of the cell: what was cut while a border was still to come had its height from a node beyond that.
+void RimCutter::settle_heights(const RimCell& cell, std::size_t k, std::size_t scan) {
+  const std::size_t ends[2] = {k, (k + 1) % 3};
+  const Point2 &p = xy_[cell.nodes[ends[0]]], &q = xy_[cell.nodes[ends[1]]];
+  const bool by_x = std::fabs(q.x - p.x) >= std::fabs(q.y - p.y);
+  const auto share = [&](const Corner& c) { return by_x ? (c.x - p.x) / (q.x - p.x) : (c.y - p.y) / (q.y - p.y); };
+  const auto height = [&](Corner& c) -> double& { return scan == 0 ? c.z1 : c.z2; };
+  std::vector<std::pair<double, double>> known;  // share, height
+  for (std::size_t e = 0; e < 2; ++e)
+    if ((cell.outside[ends[e]] & in_footprint << (extents * scan)) == 0)
+      known.emplace_back(static_cast<double>(e), z_[scan][cell.nodes[ends[e]]]);
+  const bool all_known = known.size() == 2;
+  for (RimPiece& piece : pieces_)
+    for (RimCorner& c : piece.corners)
+      if ((c.sides >> k & 1) != 0 && c.border[scan][0] != no_index) known.emplace_back(share(c), height(c));
+  if (all_known && known.size() == 2) return;
+  std::sort(known.begin(), known.end());
+  for (RimPiece& piece : pieces_)
+    for (RimCorner& c : piece.corners) {
+      const bool is_inside_the_side = c.sides == 1u << k;
+      if (!is_inside_the_side || c.border[scan][0] != no_index) continue;
+      const double s = share(c);
+      const auto after = std::find_if(known.begin(), known.end(), [&](const auto& x) { return x.first >= s; });
+      if (after == known.end() || after == known.begin()) continue;
+      const auto& [s0, z0] = *(after - 1);
+      const auto& [s1, z1] = *after;
+      height(c) = z0 + (s - s0) / (s1 - s0) * (z1 - z0);
+    }
 }
 
 bool RimCutter::is_in(const Point2& at, unsigned char extent, const RimCell& cell) const {

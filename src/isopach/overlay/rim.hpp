@@ -42,6 +42,7 @@ struct RimCrossing {
 /// A corner with, by scan, the ends of the side of its border that it lies on; no_index where it lies on none.
 struct RimCorner : Corner {
   std::array<std::array<Index, 2>, 2> border{{{no_index, no_index}, {no_index, no_index}}};
+  unsigned char sides = 0;  ///< bits of the sides of the cell that it lies on
 };
 
 /// A convex polygon in a cell of T, counter-clockwise, with both surfaces at its corners.
@@ -67,8 +68,10 @@ class RimCutter {
       : xy_(xy), z_{z1, z2}, sides_(sides) {}
 
   /// Together the cell. The first corner of each is its least, by x and then y, so that pieces do not hang on how T is
-  /// numbered. A hull holds what is left of all its sides; of a footprint two pieces on either side of one border are
-  /// one inside, one outside, from a corner that is outside for certain, or else from beside one of the borders.
+  /// numbered. Heights: on a border that of its side; at a node of the cell that of the node; elsewhere on a side of
+  /// the cell between the nearest of these two that are known. A hull holds what is left of all its sides; of a
+  /// footprint two pieces on either side of one border are one inside, one outside, from a corner that is outside for
+  /// certain, or else from beside one of the borders.
   const std::vector<RimPiece>& operator()(const RimCell& cell);
 
  private:
@@ -76,6 +79,8 @@ class RimCutter {
   void cut(const RimPiece& piece, const BorderSide& side, const RimCell& cell);
   [[nodiscard]] double height_over(const BorderSide& side, const Corner& c, const RimCell& cell) const;
   [[nodiscard]] RimCorner on_border(RimCorner c, const BorderSide& side) const;
+  void settle_heights(const RimCell& cell);
+  void settle_heights(const RimCell& cell, std::size_t k, std::size_t scan);
   [[nodiscard]] Point2 middle_across(const BorderSide& side, const RimCell& cell) const;
   [[nodiscard]] bool is_in(const Point2& p, unsigned char extent, const RimCell& cell) const;
 

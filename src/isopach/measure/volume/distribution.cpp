@@ -9,6 +9,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/measure/volume/cumulative_area.hpp"
+#include "isopach/measure/volume/steps.hpp"
 
 namespace isopach {
 
@@ -231,7 +232,7 @@ struct Pass {
 };
 
 template <class Source>
-Pass pass_over(const Source& cells, const Plan& plan) {
+Pass pass_over(const Source& cells, const Plan& plan, const Context& context) {
   struct Sums {
     Totals totals;
     EdgeSums edges;
@@ -242,7 +243,7 @@ Pass pass_over(const Source& cells, const Plan& plan) {
       items_of(cells), block,
       [&](std::size_t begin, std::size_t end) {
         Tally tally{plan};
-        for_cells(cells, begin, end, [&](const Cell& cell) { tally.add(cell); });
+        for_cells_in_steps(cells, begin, end, context, [&](const Cell& cell) { tally.add(cell); });
         tally.close();
         pass.shares[begin / block] = std::move(tally.shares);
         return Sums{tally.totals, std::move(tally.edges)};
@@ -332,7 +333,7 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
   if (!(half > 0)) half = estimate.largest() > 0 ? estimate.largest() : (limit > 0 ? limit : 1);
   std::vector<Search> searches = searches_for(wanted, estimate, limit);
   const Plan plan(intervals_of(searches), half, bins);
-  Pass pass = pass_over(cells, plan);
+  Pass pass = pass_over(cells, plan, context);
   Described result{pass.totals, {}, {}};
   const double area = pass.totals.area.value();
   if (!(area > 0)) return result;
@@ -342,7 +343,7 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
   for (auto intervals = intervals_of(searches); !intervals.empty(); intervals = intervals_of(searches)) {
     context.check();
     const Plan again(std::move(intervals), half, bins);
-    solve(searches, AreaUpTo(again.intervals, pass_over(cells, again).shares), area, limit);
+    solve(searches, AreaUpTo(again.intervals, pass_over(cells, again, context).shares), area, limit);
   }
   for (const Search& s : searches) result.quantiles.push_back(*s.found);
   return result;

@@ -9,6 +9,7 @@
 #include "isopach/base/sum.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/volume/distribution.hpp"
+#include "isopach/measure/volume/steps.hpp"
 
 namespace isopach {
 
@@ -50,7 +51,7 @@ Measures sums_over(const Source& cells, const Context& context) {
       items_of(cells), block,
       [&](std::size_t begin, std::size_t end) {
         Totals part;
-        for_cells(cells, begin, end, [&](const Cell& cell) { part.add(sorted(cell)); });
+        for_cells_in_steps(cells, begin, end, context, [&](const Cell& cell) { part.add(sorted(cell)); });
         return part;
       },
       [](Totals& total, const Totals& part) { total.add(part); }));
