@@ -260,7 +260,7 @@ class Run {
   /// them.
   void look_for_rivals(Matching& m) {
     constexpr double worth_a_search = 0.4;  // a place that few steps led to agrees less than where more would lead
-    constexpr double near_start = 0.25;     // of the way to the rival
+    constexpr double near_start = 0.1;      // of the way to the rival
     clock_.start("verdict");
     const double least = m.verdict->evidence.least();
     const bool from_start = m.verdict->stage == Verdict::Stage::start;
