@@ -102,6 +102,7 @@ int main() {
   });
   same("asymmetry", [&](const Context& context) {
     AsymmetryOptions o;
+    o.orientation = FaceOrientation::given;  // along z
     o.accept_doubt = true;
     return std::vector<double>{asymmetry(face.a, o, context).index.percent};
   });
