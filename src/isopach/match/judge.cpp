@@ -8,6 +8,7 @@
 #include "isopach/match/checks.hpp"
 #include "isopach/match/coarse/repeats.hpp"
 #include "isopach/match/surface/nominal.hpp"
+#include "isopach/match/verdict/another.hpp"
 
 namespace isopach {
 
@@ -47,8 +48,7 @@ Verdict Judge::operator()(const Pose& pose) {
 Rival Judge::apart_from(const Pose& from, const Pose& to) { return apart(from, to, scans().moving.origin); }
 
 bool Judge::is_another(const Pose& from, const Pose& to) {
-  const Rival r = apart_from(from, to);
-  return r.degrees > other_turn || r.shift > other_shift * scans().fixed.extent;
+  return isopach::is_another(from, to, scans().moving.origin, scans().fixed.extent);
 }
 
 double Judge::share_of_way(const Pose& from, const Pose& to, const Pose& at) {

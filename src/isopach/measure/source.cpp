@@ -1,8 +1,7 @@
 #include "isopach/measure/source.hpp"
 
-#include <cmath>
-
 #include "isopach/base/parallel.hpp"
+#include "isopach/overlay/rim.hpp"
 
 namespace isopach {
 namespace {
@@ -47,9 +46,7 @@ std::array<double, 3> CommonCell::shares_of_nodes(std::size_t k) const {
 }
 
 double CommonCell::share_of_side(const SideEnds& ends, const Corner& at) const {
-  const Point2 &p = cells.xy[ends[0]], &q = cells.xy[ends[1]];
-  const bool by_x = std::fabs(q.x - p.x) >= std::fabs(q.y - p.y);
-  return std::clamp(by_x ? (at.x - p.x) / (q.x - p.x) : (at.y - p.y) / (q.y - p.y), 0.0, 1.0);
+  return std::clamp(share_along(cells.xy[ends[0]], cells.xy[ends[1]], at), 0.0, 1.0);
 }
 
 std::array<double, 3> CommonCell::at_corners(std::span<const double> of_node) const {

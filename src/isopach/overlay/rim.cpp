@@ -251,9 +251,7 @@ void RimCutter::cut(const RimPiece& piece, const BorderSide& side, const RimCell
 /// The corner with the height that the scan of the border has there.
 RimCorner RimCutter::on_border(RimCorner c, const BorderSide& side) const {
   const Index a = std::min(side.from, side.to), b = std::max(side.from, side.to);
-  const Point2 &p = xy_[a], &q = xy_[b];
-  const bool by_x = std::fabs(q.x - p.x) >= std::fabs(q.y - p.y);
-  const double share = std::clamp(by_x ? (c.x - p.x) / (q.x - p.x) : (c.y - p.y) / (q.y - p.y), 0.0, 1.0);
+  const double share = std::clamp(share_along(xy_[a], xy_[b], c), 0.0, 1.0);
   const auto between = [&](std::span<const double> z) { return z[a] + share * (z[b] - z[a]); };
   constexpr unsigned of_a = (1u << extents) - 1;
   if ((side.of & of_a) != 0) c.z1 = between(z_[0]), c.border[0] = {a, b};
@@ -270,8 +268,7 @@ void RimCutter::settle_heights(const RimCell& cell) {
 void RimCutter::settle_heights(const RimCell& cell, std::size_t k, std::size_t scan) {
   const std::size_t ends[2] = {k, (k + 1) % 3};
   const Point2 &p = xy_[cell.nodes[ends[0]]], &q = xy_[cell.nodes[ends[1]]];
-  const bool by_x = std::fabs(q.x - p.x) >= std::fabs(q.y - p.y);
-  const auto share = [&](const Corner& c) { return by_x ? (c.x - p.x) / (q.x - p.x) : (c.y - p.y) / (q.y - p.y); };
+  const auto share = [&](const Corner& c) { return share_along(p, q, c); };
   const auto height = [&](Corner& c) -> double& { return scan == 0 ? c.z1 : c.z2; };
   std::vector<std::pair<double, double>> known;  // share, height
   for (std::size_t e = 0; e < 2; ++e)

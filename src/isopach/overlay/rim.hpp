@@ -5,6 +5,7 @@
 // known: it is linear between the two nodes, so no height from beyond the border enters.
 #pragma once
 #include <array>
+#include <cmath>
 #include <span>
 #include <vector>
 
@@ -38,6 +39,12 @@ struct RimCrossing {
 /// Oracle: all sides against all cells, tests/overlay/rim_test.cpp.
 [[nodiscard]] std::vector<RimCrossing> crossings(const Triangulation& t, std::span<const Point2> xy,
                                                  std::span<const BorderSide> sides, const Context& context);
+
+/// How far along p→q a place on that line lies: 0 at p, 1 at q; by the longer of both coordinates.
+[[nodiscard]] inline double share_along(const Point2& p, const Point2& q, const Corner& at) {
+  const bool by_x = std::fabs(q.x - p.x) >= std::fabs(q.y - p.y);
+  return by_x ? (at.x - p.x) / (q.x - p.x) : (at.y - p.y) / (q.y - p.y);
+}
 
 /// A corner with, by scan, the ends of the side of its border that it lies on; no_index where it lies on none.
 struct RimCorner : Corner {

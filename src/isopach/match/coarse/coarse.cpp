@@ -12,7 +12,7 @@
 #include "isopach/match/coarse/consensus.hpp"
 #include "isopach/match/coarse/landmarks.hpp"
 #include "isopach/match/pairs/icp_search.hpp"
-#include "isopach/match/verdict/verdict.hpp"
+#include "isopach/match/verdict/another.hpp"
 
 namespace isopach {
 namespace {
@@ -152,13 +152,6 @@ double extent_of(const Array<Point3>& points) {
   return length(box.max - box.min);
 }
 
-bool is_another(const Pose& pose, const std::vector<Pose>& others, const Point3& middle, double extent) {
-  return std::all_of(others.begin(), others.end(), [&](const Pose& other) {
-    const Rival r = apart(other, pose, middle);
-    return r.degrees > other_turn || r.shift > other_shift * extent;
-  });
-}
-
 }  // namespace
 
 std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, const MatchOptions& options,
@@ -197,11 +190,14 @@ std::vector<Pose> coarse_poses(const CloudView& moving, const CloudView& fixed, 
     throw OverlapError(
         "@coarse: no place was found where the scans fit one another; are they of one surface? Give @start if so");
   const Point3 middle = mean_of(moving);
+  const double extent = extent_of(a.points);
   std::vector<Pose> poses;
   for (const auto& [score, trial] : ranked) {
     if (poses.size() >= most) break;
     const Pose pose = pose_of(trial->motion, frame, start);
-    if (is_another(pose, poses, middle, extent_of(a.points))) poses.push_back(pose);
+    const bool is_new = std::all_of(poses.begin(), poses.end(),
+                                    [&](const Pose& other) { return is_another(other, pose, middle, extent); });
+    if (is_new) poses.push_back(pose);
   }
   return poses;
 }

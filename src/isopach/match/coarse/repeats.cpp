@@ -10,7 +10,7 @@
 #include "isopach/distance/vectors.hpp"
 #include "isopach/match/coarse/consensus.hpp"
 #include "isopach/match/pairs/least_squares.hpp"
-#include "isopach/match/verdict/verdict.hpp"
+#include "isopach/match/verdict/another.hpp"
 
 namespace isopach {
 namespace {
@@ -208,8 +208,7 @@ std::vector<Motion> repeats(const JudgedScan& scan, const Context& context) {
     if (fit.seen < least_seen || fit.fits < least_fitting) continue;
     const Pose pose = pose_in_scan(fit.motion);
     const bool is_new = std::all_of(known.begin(), known.end(), [&](const Pose& other) {
-      const Rival r = apart(other, pose, {0, 0, 0});
-      return r.degrees > other_turn || r.shift > other_shift * scan.extent;
+      return is_another(other, pose, {0, 0, 0}, scan.extent);
     });
     if (!is_new) continue;
     known.push_back(pose);
