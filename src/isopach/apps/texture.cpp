@@ -111,7 +111,7 @@ SurfaceScan make_scan(HeightField field, const CloudView& cloud, const Frame& fr
     xy = std::move(scan.s.xy), z = std::move(scan.s.z);
     thin_out(xy, z, scan.below, scan.node_of_point, [&](std::size_t i) { return weight[i] > 0; });
     if (xy.empty())
-      throw InputError((cloud.path.empty() ? std::string("a scan") : cloud.path) +
+      throw InputError(cloud_name(cloud) +
                        ": its points cover no area along the direction: choose another @direction, or @border hull");
     if (pass == 1)  // what a second look leaves out has no weight and stays
       scan.s = make_surface(std::move(xy), std::move(z), frame.curve, trim, options.compare.max_edge, context);

@@ -12,8 +12,6 @@
 namespace isopach {
 namespace {
 
-std::string name_of(const CloudView& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
-
 template <class T>
 void keep_items(Array<T>& items, const Array<Index>& now) {
   Array<T> kept;
@@ -36,7 +34,7 @@ void keep_faces(Cloud& cloud, const Array<Index>& now) {
 Array<unsigned char> hidden_points(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                    const HeightField& field, const Context& context) {
   if (cloud.faces.empty())
-    throw UsageError("@visible: " + name_of(cloud) +
+    throw UsageError("@visible: " + cloud_name(cloud) +
                      " has no faces that could hide a point: leave the option out, or give a mesh");
   const Mesh mesh = make_mesh(cloud, pose, frame, field, MeshSource::faces, {}, context);
   const SurfaceTree tree(mesh);

@@ -3,6 +3,7 @@
 #include <pthread.h>
 
 #include <algorithm>
+#include <exception>
 #include <mutex>
 #include <thread>
 #include <vector>
@@ -11,9 +12,11 @@
 
 #if defined(ISOPACH_STD_THREADS)
 #include <atomic>
-#include <exception>
 #else
+#include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/global_control.h>
+#include <oneapi/tbb/parallel_for.h>
+#include <oneapi/tbb/parallel_invoke.h>
 #include <oneapi/tbb/task_arena.h>
 #endif
 
@@ -58,24 +61,24 @@ void run_side_by_side(std::size_t count, const std::function<void()>& work) {
   failure.raise();
 }
 
-}  // namespace
-
-namespace std_threads {
-
-void run_blocks(std::size_t blocks, const std::function<void(std::size_t)>& work) {
+void share_out(std::size_t count, const std::function<void(std::size_t)>& work) {
   std::atomic<std::size_t> next{0};
   const auto drain = [&] {
-    for (std::size_t b = next++; b < blocks; b = next++) work(b);
+    for (std::size_t i = next++; i < count; i = next++) work(i);
   };
   if (depth > 1) return drain();
-  run_side_by_side(std::min(threads_at_once, blocks), drain);
+  run_side_by_side(std::min(threads_at_once, count), drain);
 }
 
-void run_both(const std::function<void()>& f, const std::function<void()>& g) {
-  run_blocks(2, [&](std::size_t i) { i == 0 ? f() : g(); });
+void run_two(const std::function<void()>& f, const std::function<void()>& g) {
+  share_out(2, [&](std::size_t i) { i == 0 ? f() : g(); });
 }
 
-}  // namespace std_threads
+}  // namespace
+
+void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, std::size_t, std::size_t)) {
+  share_out(blocks, [&](std::size_t b) { run(work, b, b + 1); });
+}
 
 void run_with_threads(int, const std::function<void()>& work) { work(); }
 
@@ -97,7 +100,32 @@ void run_with_threads(int threads, const std::function<void()>& work) {
 
 int thread_count() { return oneapi::tbb::this_task_arena::max_concurrency(); }
 
+void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, std::size_t, std::size_t)) {
+  using Range = oneapi::tbb::blocked_range<std::size_t>;
+  oneapi::tbb::parallel_for(Range(0, blocks, 1), [=](const Range& range) { run(work, range.begin(), range.end()); });
+}
+
+namespace {
+
+void run_two(const std::function<void()>& f, const std::function<void()>& g) { oneapi::tbb::parallel_invoke(f, g); }
+
+}  // namespace
+
 #endif
+
+void both(const std::function<void()>& f, const std::function<void()>& g) {
+  std::exception_ptr of_f, of_g;
+  const auto caught = [](const std::function<void()>& task, std::exception_ptr& error) {
+    try {
+      task();
+    } catch (...) {
+      error = std::current_exception();
+    }
+  };
+  run_two([&] { caught(f, of_f); }, [&] { caught(g, of_g); });
+  if (of_f) std::rethrow_exception(of_f);
+  if (of_g) std::rethrow_exception(of_g);
+}
 
 namespace {
 

@@ -3,25 +3,20 @@
 //   for_blocks         f(begin, end) over fixed blocks of [0, n)
 //   for_each_index     f(i) for i in [0, n)
 //   reduce_blocks      per-block results, combined in block order: the same bits for any number of threads
+//   gather_blocks      per-block vectors, one behind the other
 //   both               two tasks side by side
 //   read_shared, write_shared, claim, take_next   single words that tasks running side by side share
 // Blocks depend on n and the block size alone, never on the number of threads.
 //
-// Built with ISOPACH_STD_THREADS (preset tsan) the same verbs run on plain threads: the thread sanitizer does not see
-// how oneTBB synchronises, and would report its every task.
+// The templates below only wrap work and hand it to parallel.cpp, once for many blocks: no file of the project includes
+// a header of oneTBB but that one. Built with ISOPACH_STD_THREADS (preset tsan) it runs the work on plain threads: the
+// thread sanitizer does not see how oneTBB synchronises, and would report its every task.
 #pragma once
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <exception>
 #include <functional>
 #include <vector>
-
-#if !defined(ISOPACH_STD_THREADS)
-#include <oneapi/tbb/blocked_range.h>
-#include <oneapi/tbb/parallel_for.h>
-#include <oneapi/tbb/parallel_invoke.h>
-#endif
 
 namespace isopach {
 
@@ -33,12 +28,14 @@ void run_with_threads(int threads, const std::function<void()>& work);
 /// Number of threads that parallel work may use where this is called.
 [[nodiscard]] int thread_count();
 
-#if defined(ISOPACH_STD_THREADS)
-namespace std_threads {
-void run_blocks(std::size_t blocks, const std::function<void(std::size_t)>& work);
-void run_both(const std::function<void()>& f, const std::function<void()>& g);
-}  // namespace std_threads
-#endif
+/// Runs `run(work, first, last)` over ranges that share out [0, blocks). The first error that is seen is thrown, after
+/// all that were begun have ended. What for_blocks stands on.
+void run_blocks(std::size_t blocks, const void* work,
+                void (*run)(const void* work, std::size_t first, std::size_t last));
+
+/// Runs the two side by side, each to its end. Which error is told must not depend on which of the two was faster: if
+/// both throw, that of `f`. Test: Both.* in tests/base/parallel_test.cpp.
+void both(const std::function<void()>& f, const std::function<void()>& g);
 
 template <class F>
 void for_blocks(std::size_t n, std::size_t block, F&& f) {
@@ -47,15 +44,12 @@ void for_blocks(std::size_t n, std::size_t block, F&& f) {
     if (n > 0) f(std::size_t{0}, n);
     return;
   }
-#if defined(ISOPACH_STD_THREADS)
-  std_threads::run_blocks(blocks, [&](std::size_t b) { f(b * block, std::min(n, (b + 1) * block)); });
-#else
-  oneapi::tbb::parallel_for(oneapi::tbb::blocked_range<std::size_t>(0, blocks, 1),
-                            [&](const oneapi::tbb::blocked_range<std::size_t>& range) {
-                              for (std::size_t b = range.begin(); b != range.end(); ++b)
-                                f(b * block, std::min(n, (b + 1) * block));
-                            });
-#endif
+  const auto work = [&](std::size_t first, std::size_t last) {
+    for (std::size_t b = first; b != last; ++b) f(b * block, std::min(n, (b + 1) * block));
+  };
+  run_blocks(blocks, &work, [](const void* given, std::size_t first, std::size_t last) {
+    (*static_cast<const decltype(work)*>(given))(first, last);
+  });
 }
 
 template <class F>
@@ -74,6 +68,13 @@ template <class T, class Map, class Combine>
   T total{};
   for (const T& part : partial) combine(total, part);
   return total;
+}
+
+/// The vectors that `map(begin, end)` gives for each block, one behind the other in the order of the blocks.
+template <class Vector, class Map>
+[[nodiscard]] Vector gather_blocks(std::size_t n, std::size_t block, Map&& map) {
+  return reduce_blocks<Vector>(
+      n, block, map, [](Vector& all, const Vector& part) { all.insert(all.end(), part.begin(), part.end()); });
 }
 
 /// What another task wrote before its write_shared or claim of this word is seen after read_shared of it.
@@ -95,29 +96,6 @@ template <class T>
 template <class T>
 [[nodiscard]] T take_next(T& counter, T count) {
   return std::atomic_ref<T>(counter).fetch_add(count, std::memory_order_relaxed);
-}
-
-/// Which error is told must not depend on which of the two was faster: if both throw, that of `f`. Each runs to its
-/// end. Test: Both.* in tests/base/parallel_test.cpp.
-template <class F, class G>
-void both(F&& f, G&& g) {
-  std::exception_ptr of_f, of_g;
-  const auto caught = [](auto& task, std::exception_ptr& error) {
-    try {
-      task();
-    } catch (...) {
-      error = std::current_exception();
-    }
-  };
-  const auto run_f = [&] { caught(f, of_f); };
-  const auto run_g = [&] { caught(g, of_g); };
-#if defined(ISOPACH_STD_THREADS)
-  std_threads::run_both(run_f, run_g);
-#else
-  oneapi::tbb::parallel_invoke(run_f, run_g);
-#endif
-  if (of_f) std::rethrow_exception(of_f);
-  if (of_g) std::rethrow_exception(of_g);
 }
 
 }  // namespace isopach

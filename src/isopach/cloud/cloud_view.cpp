@@ -9,11 +9,8 @@
 #include "isopach/base/parallel.hpp"
 
 namespace isopach {
-namespace {
 
-std::string name_of(const CloudView& view) { return view.path.empty() ? "point cloud" : view.path; }
-
-}  // namespace
+std::string cloud_name(const CloudView& cloud) { return cloud.path.empty() ? "point cloud" : cloud.path; }
 
 Array<Point3> PointsView::copy() const {
   Array<Point3> own(size_);
@@ -51,7 +48,7 @@ const AttributeView* CloudView::find_attribute(std::string_view name) const {
   if (found == attributes.end()) return nullptr;
   if (found->values.size() != points.size())
     throw InputError(fmt::format("{}: attribute '{}' has {} values for {} points: give one for each point",
-                                 name_of(*this), name, found->values.size(), points.size()));
+                                 cloud_name(*this), name, found->values.size(), points.size()));
   return &*found;
 }
 
@@ -60,7 +57,7 @@ void check_faces(const CloudView& view) {
     for (const Index corner : view.faces[i])
       if (corner >= view.points.size())
         throw InputError(fmt::format("{}: face {} has point {} as a corner, but there are only {} points, from 0 on",
-                                     name_of(view), i, corner, view.points.size()));
+                                     cloud_name(view), i, corner, view.points.size()));
 }
 
 Cloud copy_of(const CloudView& view) {

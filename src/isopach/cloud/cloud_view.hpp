@@ -184,6 +184,9 @@ struct CloudView {
   [[nodiscard]] const AttributeView* find_attribute(std::string_view name) const;
 };
 
+/// "scan.las", or a word for a cloud made in memory: how messages begin.
+[[nodiscard]] std::string cloud_name(const CloudView& cloud);
+
 /// InputError if a face has a corner that is no point. Cost: O(faces).
 void check_faces(const CloudView& view);
 

@@ -108,8 +108,7 @@ void check_units(const CloudView& a, const CloudView& b, Distances& d) {
         cloud->unit == cloud->vertical_unit)
       continue;
     const std::string what =
-        fmt::format("{}: x and y are in {} but heights in {}",
-                    cloud->path.empty() ? std::string("a scan") : cloud->path, cloud->unit, cloud->vertical_unit);
+        fmt::format("{}: x and y are in {} but heights in {}", cloud_name(*cloud), cloud->unit, cloud->vertical_unit);
     if (!options.allow_crs)
       throw InputError(what +
                        ", so distances in space would mean nothing: convert it, or say @unit or @allow-crs to "

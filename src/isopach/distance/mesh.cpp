@@ -8,8 +8,6 @@
 namespace isopach {
 namespace {
 
-std::string name_of(const CloudView& cloud) { return cloud.path.empty() ? std::string("a scan") : cloud.path; }
-
 Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightField& field, const MeshBorder& border,
                    const Context& context) {
   Mesh mesh;
@@ -62,14 +60,15 @@ ScanPoints scan_points(const CloudView& cloud, const Pose& pose, const Frame& fr
 Mesh make_mesh(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field,
                MeshSource source, const MeshBorder& border, const Context& context) {
   if (source == MeshSource::faces && cloud.faces.empty())
-    throw InputError(name_of(cloud) + ": has no faces: leave out @mesh faces, or give a mesh");
+    throw InputError(cloud_name(cloud) + ": has no faces: leave out @mesh faces, or give a mesh");
   const bool own = source != MeshSource::delaunay && !cloud.faces.empty();
   Mesh mesh =
-      own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(name_of(cloud), frame, field, border, context);
+      own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(cloud_name(cloud), frame, field, border, context);
   if (mesh.faces.empty())
-    throw InputError(name_of(cloud) + (own ? ": no face is left after @class and @crop"
-                                           : ": its points lie on one line along the direction, so there is no surface "
-                                             "to measure to: use @measure c2c"));
+    throw InputError(cloud_name(cloud) +
+                     (own ? ": no face is left after @class and @crop"
+                          : ": its points lie on one line along the direction, so there is no surface "
+                            "to measure to: use @measure c2c"));
   return mesh;
 }
 

@@ -33,8 +33,6 @@ Filter::Fate Filter::fate_by_options(std::size_t i, const Point3& p) const {
   return Fate::kept;
 }
 
-std::string cloud_name(const CloudView& cloud) { return cloud.path.empty() ? "point cloud" : cloud.path; }
-
 Cleaning count_dropped(const Filter& filter) {
   return reduce_blocks<Cleaning>(
       filter.size(), default_block,

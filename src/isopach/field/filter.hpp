@@ -38,9 +38,6 @@ class Filter {
   std::optional<ValuesView> classes_;  ///< if some of them are asked for
 };
 
-/// "scan.las", or a word for a cloud made in memory: how messages begin.
-[[nodiscard]] std::string cloud_name(const CloudView& cloud);
-
 /// Counts points and dropped_*.
 [[nodiscard]] Cleaning count_dropped(const Filter& filter);
 [[nodiscard]] std::size_t count_kept(const Cleaning& cleaning);

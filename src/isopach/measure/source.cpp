@@ -4,14 +4,6 @@
 #include "isopach/overlay/rim.hpp"
 
 namespace isopach {
-namespace {
-
-template <class T>
-void append(std::vector<T>& all, const std::vector<T>& part) {
-  all.insert(all.end(), part.begin(), part.end());
-}
-
-}  // namespace
 
 ConvexCell convex(const CellView& cells, std::size_t triangle) {
   auto corners = cells.t.triangles[triangle].v;
@@ -63,47 +55,41 @@ std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char>
   context.check();
   using Pieces = std::vector<CellPiece>;
   const std::size_t whole = cells.t.real;
-  return reduce_blocks<Pieces>(
-      items_of(cells), default_block,
-      [&](std::size_t begin, std::size_t end) {
-        Pieces pieces;
-        Domain::Scratch scratch;
-        const auto add_parts = [&](Index cell) {
-          for (const ConvexCell& part : scratch.pieces)
-            for_triangles(part, [&](double, const Corner& a, const Corner& b, const Corner& c) {
-              pieces.push_back({cell, {a, b, c}});
-            });
-        };
-        for (std::size_t i = begin; i < std::min(end, whole); ++i) {
-          if (in_domain[i] == 0) continue;
-          const Regions::Answer answer = domain.split(convex(cells, i), scratch);
-          if (answer == Regions::Answer::all) continue;
-          in_domain[i] = 0;
-          if (answer == Regions::Answer::some) add_parts(static_cast<Index>(i));
-        }
-        for (std::size_t i = std::max(begin, whole); i < end; ++i) {
-          const CellPiece& piece = cells.pieces[i - whole];
-          const Regions::Answer answer = domain.split(convex(piece), scratch);
-          if (answer == Regions::Answer::all) pieces.push_back(piece);
-          if (answer == Regions::Answer::some) add_parts(piece.cell);
-        }
-        return pieces;
-      },
-      [](Pieces& all, const Pieces& part) { append(all, part); });
+  return gather_blocks<Pieces>(items_of(cells), default_block, [&](std::size_t begin, std::size_t end) {
+    Pieces pieces;
+    Domain::Scratch scratch;
+    const auto add_parts = [&](Index cell) {
+      for (const ConvexCell& part : scratch.pieces)
+        for_triangles(part, [&](double, const Corner& a, const Corner& b, const Corner& c) {
+          pieces.push_back({cell, {a, b, c}});
+        });
+    };
+    for (std::size_t i = begin; i < std::min(end, whole); ++i) {
+      if (in_domain[i] == 0) continue;
+      const Regions::Answer answer = domain.split(convex(cells, i), scratch);
+      if (answer == Regions::Answer::all) continue;
+      in_domain[i] = 0;
+      if (answer == Regions::Answer::some) add_parts(static_cast<Index>(i));
+    }
+    for (std::size_t i = std::max(begin, whole); i < end; ++i) {
+      const CellPiece& piece = cells.pieces[i - whole];
+      const Regions::Answer answer = domain.split(convex(piece), scratch);
+      if (answer == Regions::Answer::all) pieces.push_back(piece);
+      if (answer == Regions::Answer::some) add_parts(piece.cell);
+    }
+    return pieces;
+  });
 }
 
 OverlaySurface surface_of(const OverlayCells& cells, const Context& context) {
   if (cells.domain.is_everything()) return cells.overlay.surface(context);
   context.check();
   using Cells = std::vector<ConvexCell>;
-  const Cells all = reduce_blocks<Cells>(
-      items_of(cells), default_block,
-      [&](std::size_t begin, std::size_t end) {
-        Cells part;
-        for_convex(cells, begin, end, [&](const ConvexCell& c) { part.push_back(c); });
-        return part;
-      },
-      [](Cells& total, const Cells& part) { append(total, part); });
+  const Cells all = gather_blocks<Cells>(items_of(cells), default_block, [&](std::size_t begin, std::size_t end) {
+    Cells part;
+    for_convex(cells, begin, end, [&](const ConvexCell& c) { part.push_back(c); });
+    return part;
+  });
   OverlaySurface s;
   for (const ConvexCell& c : all) {
     const Index first = static_cast<Index>(s.xy.size());

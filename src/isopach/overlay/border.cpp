@@ -59,25 +59,22 @@ Array<double> squared_third_edges(const Triangulation& t, std::span<const Point2
   using Edges = std::vector<Edge>;
   Array<ShortestEdges> shortest(t.nodes);
   const auto first_node = [&](std::size_t triangle) { return static_cast<Index>(triangle * t.nodes / t.real); };
-  const Edges elsewhere = reduce_blocks<Edges>(
-      t.real, block,
-      [&](std::size_t begin, std::size_t end) {
-        const Index first = first_node(begin), last = first_node(end);
-        Edges others;
-        std::fill(shortest.begin() + first, shortest.begin() + last, ShortestEdges{});
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto& v = t.triangles[i].v;
-          const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
-          const std::array<double, 3> length2{squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)};
-          for (std::size_t k = 0; k < 3; ++k)
-            if (v[k] >= first && v[k] < last)
-              shortest[v[k]].add(length2[k]);
-            else
-              others.push_back({v[k], length2[k]});
-        }
-        return others;
-      },
-      [](Edges& all, const Edges& part) { all.insert(all.end(), part.begin(), part.end()); });
+  const Edges elsewhere = gather_blocks<Edges>(t.real, block, [&](std::size_t begin, std::size_t end) {
+    const Index first = first_node(begin), last = first_node(end);
+    Edges others;
+    std::fill(shortest.begin() + first, shortest.begin() + last, ShortestEdges{});
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& v = t.triangles[i].v;
+      const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+      const std::array<double, 3> length2{squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)};
+      for (std::size_t k = 0; k < 3; ++k)
+        if (v[k] >= first && v[k] < last)
+          shortest[v[k]].add(length2[k]);
+        else
+          others.push_back({v[k], length2[k]});
+    }
+    return others;
+  });
   for (const Edge& e : elsewhere) shortest[e.origin].add(e.length2);
   for (std::size_t i = t.real; i < t.triangles.size(); ++i) {  // sides of the hull, from their other ends
     const auto& v = t.triangles[i].v;
@@ -115,9 +112,8 @@ enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
 
 void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned char>& mark) {
   const Array<double> third2 = squared_third_edges(t, xy);
-  std::vector<Index> front = reduce_blocks<std::vector<Index>>(
-      t.real, default_block,
-      [&](std::size_t begin, std::size_t end) {
+  std::vector<Index> front =
+      gather_blocks<std::vector<Index>>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
         std::vector<Index> seeds;
         for (std::size_t i = begin; i < end; ++i) {
           const Triangle& triangle = t.triangles[i];
@@ -138,8 +134,7 @@ void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned cha
           seeds.push_back(static_cast<Index>(i));
         }
         return seeds;
-      },
-      [](std::vector<Index>& all, const std::vector<Index>& part) { all.insert(all.end(), part.begin(), part.end()); });
+      });
   while (!front.empty()) {
     const Index i = front.back();
     front.pop_back();
@@ -242,14 +237,11 @@ Margin make_margin(std::size_t nodes, F&& side_of) {
   using Gaps = std::vector<Margin::Gap>;
   Margin m;
   m.side.resize(nodes);
-  m.gaps = reduce_blocks<Gaps>(
-      nodes, default_block,
-      [&](std::size_t begin, std::size_t end) {
-        Gaps gaps;
-        for (std::size_t i = begin; i < end; ++i) m.side[i] = side_of(static_cast<Index>(i), gaps);
-        return gaps;
-      },
-      [](Gaps& all, const Gaps& part) { all.insert(all.end(), part.begin(), part.end()); });
+  m.gaps = gather_blocks<Gaps>(nodes, default_block, [&](std::size_t begin, std::size_t end) {
+    Gaps gaps;
+    for (std::size_t i = begin; i < end; ++i) m.side[i] = side_of(static_cast<Index>(i), gaps);
+    return gaps;
+  });
   return m;
 }
 

@@ -64,15 +64,12 @@ Triangulation merge(MeshToMerge m1, MeshToMerge m2, const UnitedNodes& g, const 
 }
 
 Array<Index> interface_triangles(const Triangulation& t, const UnitedNodes& g) {
-  return reduce_blocks<Array<Index>>(
-      t.real, std::size_t{1} << 15,
-      [&](std::size_t begin, std::size_t end) {
-        Array<Index> part;
-        for (auto i = static_cast<Index>(begin); i < end; ++i)
-          if (g.joins(t.triangles[i].v)) part.push_back(i);
-        return part;
-      },
-      [](Array<Index>& all, const Array<Index>& part) { all.insert(all.end(), part.begin(), part.end()); });
+  return gather_blocks<Array<Index>>(t.real, std::size_t{1} << 15, [&](std::size_t begin, std::size_t end) {
+    Array<Index> part;
+    for (auto i = static_cast<Index>(begin); i < end; ++i)
+      if (g.joins(t.triangles[i].v)) part.push_back(i);
+    return part;
+  });
 }
 
 }  // namespace isopach

@@ -432,17 +432,12 @@ void Overlay::find_late() {
     const std::size_t first = late_.size();
     for (const Start& s : round)
       if (done[s.outer] == 0) done[s.outer] = 1, late_.push_back(s);
-    round = reduce_blocks<std::vector<Start>>(
-        late_.size() - first, 64,
-        [&](std::size_t begin, std::size_t end) {
-          std::vector<Start> next;
-          Scratch scratch;
-          for (std::size_t i = first + begin; i < first + end; ++i) spread(late_[i], scratch, next);
-          return next;
-        },
-        [](std::vector<Start>& all, const std::vector<Start>& part) {
-          all.insert(all.end(), part.begin(), part.end());
-        });
+    round = gather_blocks<std::vector<Start>>(late_.size() - first, 64, [&](std::size_t begin, std::size_t end) {
+      std::vector<Start> next;
+      Scratch scratch;
+      for (std::size_t i = first + begin; i < first + end; ++i) spread(late_[i], scratch, next);
+      return next;
+    });
   }
 }
 
@@ -464,25 +459,22 @@ void Overlay::spread(const Start& from, Scratch& scratch, std::vector<Start>& ne
 }
 
 std::vector<Overlay::Start> Overlay::at_the_rim() const {
-  return reduce_blocks<std::vector<Start>>(
-      outer_.t.real, block,
-      [&](std::size_t begin, std::size_t end) {
-        std::vector<Start> next;
-        Scratch scratch;
-        for (std::size_t i = begin; i < end; ++i) {
-          const auto t = static_cast<Index>(i);
-          const Triangle& triangle = outer_.t.triangles[t];
-          const auto known = [&](Index v) { return start_[v] != no_index; };
-          const auto inside = std::count_if(triangle.v.begin(), triangle.v.end(), known);
-          if (inside != 1 && inside != 2) continue;  // with three inside no neighbour is without
-          if (std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) {
-                return !outer_.t.is_ghost(triangle_of(h)) && !has_node_inside(triangle_of(h));
-              }))
-            spread({t, start_of(t)}, scratch, next);
-        }
-        return next;
-      },
-      [](std::vector<Start>& all, const std::vector<Start>& part) { all.insert(all.end(), part.begin(), part.end()); });
+  return gather_blocks<std::vector<Start>>(outer_.t.real, block, [&](std::size_t begin, std::size_t end) {
+    std::vector<Start> next;
+    Scratch scratch;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto t = static_cast<Index>(i);
+      const Triangle& triangle = outer_.t.triangles[t];
+      const auto known = [&](Index v) { return start_[v] != no_index; };
+      const auto inside = std::count_if(triangle.v.begin(), triangle.v.end(), known);
+      if (inside != 1 && inside != 2) continue;  // with three inside no neighbour is without
+      if (std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) {
+            return !outer_.t.is_ghost(triangle_of(h)) && !has_node_inside(triangle_of(h));
+          }))
+        spread({t, start_of(t)}, scratch, next);
+    }
+    return next;
+  });
 }
 
 // No outer node lies in the inner hull: an inner node in the outer hull will do, or a crossing of both hulls.

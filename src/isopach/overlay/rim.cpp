@@ -11,11 +11,6 @@
 namespace isopach {
 namespace {
 
-template <class T>
-void append(std::vector<T>& all, const std::vector<T>& part) {
-  all.insert(all.end(), part.begin(), part.end());
-}
-
 /// Extent bits of a triangle.
 unsigned char extent_of(const Triangulation& t, Index triangle, const Footprint& f, const Footprint& single) {
   if (t.is_ghost(triangle)) return 0;
@@ -113,21 +108,18 @@ std::vector<BorderSide> border_sides(const Triangulation& t, const Footprint& f,
     return sides;
   }
   const Footprint& alone = single != nullptr ? *single : f;
-  return reduce_blocks<std::vector<BorderSide>>(
-      t.real, default_block,
-      [&](std::size_t begin, std::size_t end) {
-        std::vector<BorderSide> part;
-        for (std::size_t i = begin; i < end; ++i) {
-          const Triangle& triangle = t.triangles[i];
-          const unsigned char own = extent_of(t, static_cast<Index>(i), f, alone);
-          for (Index k = 0; k < 3; ++k) {
-            const unsigned ends = own & ~unsigned{extent_of(t, triangle_of(triangle.n[k]), f, alone)};
-            if (ends != 0) part.push_back({triangle.v[k], triangle.v[next_side(k)], static_cast<unsigned char>(ends)});
-          }
-        }
-        return part;
-      },
-      [](std::vector<BorderSide>& all, const std::vector<BorderSide>& part) { append(all, part); });
+  return gather_blocks<std::vector<BorderSide>>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<BorderSide> part;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Triangle& triangle = t.triangles[i];
+      const unsigned char own = extent_of(t, static_cast<Index>(i), f, alone);
+      for (Index k = 0; k < 3; ++k) {
+        const unsigned ends = own & ~unsigned{extent_of(t, triangle_of(triangle.n[k]), f, alone)};
+        if (ends != 0) part.push_back({triangle.v[k], triangle.v[next_side(k)], static_cast<unsigned char>(ends)});
+      }
+    }
+    return part;
+  });
 }
 
 std::vector<RimCrossing> crossings(const Triangulation& t, std::span<const Point2> xy,
@@ -137,15 +129,13 @@ std::vector<RimCrossing> crossings(const Triangulation& t, std::span<const Point
   const Array<HalfEdge> leaving = leaving_starts(t, sides);
   const Walk walk(t, xy, leaving);
   constexpr std::size_t block = 256;
-  std::vector<RimCrossing> found = reduce_blocks<std::vector<RimCrossing>>(
-      sides.size(), block,
-      [&](std::size_t begin, std::size_t end) {
+  std::vector<RimCrossing> found =
+      gather_blocks<std::vector<RimCrossing>>(sides.size(), block, [&](std::size_t begin, std::size_t end) {
         std::vector<RimCrossing> part;
         for (std::size_t i = begin; i < end; ++i)
           walk(sides[i], [&](Index cell) { part.push_back({cell, static_cast<Index>(i)}); });
         return part;
-      },
-      [](std::vector<RimCrossing>& all, const std::vector<RimCrossing>& part) { append(all, part); });
+      });
   std::sort(found.begin(), found.end(), [&](const RimCrossing& a, const RimCrossing& b) {  // not by how T was numbered
     const auto key = [&](const RimCrossing& c) {
       const BorderSide& s = sides[c.side];

@@ -94,9 +94,8 @@ Array<Point2> scan_nodes(const Outline& footprint, std::size_t count, const Scan
   for (const Point2& p : footprint) polygon.push_back(turned(p));
   const Flight flight = plan_flight(polygon, count, pattern);
   const RandomStream along = stream(draw, along_jitter), across = stream(draw, across_jitter);
-  return reduce_blocks<Array<Point2>>(
-      flight.strips * flight.lines * flight.pulses, default_block,
-      [&](std::size_t begin, std::size_t end) {
+  return gather_blocks<Array<Point2>>(
+      flight.strips * flight.lines * flight.pulses, default_block, [&](std::size_t begin, std::size_t end) {
         Array<Point2> kept;
         kept.reserve(end - begin);
         for (std::size_t i = begin; i < end; ++i) {
@@ -105,8 +104,7 @@ Array<Point2> scan_nodes(const Outline& footprint, std::size_t count, const Scan
           if (contains(footprint, p)) kept.push_back(p);
         }
         return kept;
-      },
-      [](Array<Point2>& all, const Array<Point2>& part) { all.insert(all.end(), part.begin(), part.end()); });
+      });
 }
 
 Array<Point2> irregular_nodes(const Outline& footprint, std::size_t count, const Draw& draw) {

@@ -72,9 +72,8 @@ std::vector<Run> sorted_runs(const Sources& s, double side) {
     return Key{static_cast<std::int64_t>(std::floor(p.x / side)), static_cast<std::int64_t>(std::floor(p.y / side)),
                static_cast<std::int64_t>(std::floor(p.z / side))};
   };
-  std::vector<Run> runs = reduce_blocks<std::vector<Run>>(
-      s.size(), default_block,
-      [&](std::size_t begin, std::size_t end) {
+  std::vector<Run> runs =
+      gather_blocks<std::vector<Run>>(s.size(), default_block, [&](std::size_t begin, std::size_t end) {
         std::vector<Run> part;
         for (std::size_t i = begin; i < end; ++i) {
           const Key k = key(i);
@@ -82,8 +81,7 @@ std::vector<Run> sorted_runs(const Sources& s, double side) {
           part.back().end = i + 1;
         }
         return part;
-      },
-      [](std::vector<Run>& all, const std::vector<Run>& part) { all.insert(all.end(), part.begin(), part.end()); });
+      });
   std::sort(runs.begin(), runs.end());
   return runs;
 }
