@@ -12,9 +12,7 @@ namespace {
 
 constexpr std::size_t most_kept = 8;
 
-double agreement_in(const PoseEvidence& e) {
-  return std::min(e.detail[0], e.detail[1]) >= least_detail ? e.least() : e.agree;
-}
+double agreement_in(const PoseEvidence& e) { return e.has_detail() ? e.least() : e.agree; }
 
 }  // namespace
 

@@ -19,8 +19,6 @@ namespace {
 constexpr int bands = 3, parts = 2 * bands, least_parts = 4;
 constexpr std::size_t sigma_points = 8000, part_points = 30;
 
-bool has_detail(const PoseEvidence& e) { return std::min(e.detail[0], e.detail[1]) >= least_detail; }
-
 /// Half as far as the scan reaches on both sides: where near ends and far begins.
 double middle_distance(const Array<Point3>& face) {
   double least = 0, most = 0;
@@ -70,13 +68,13 @@ PoseEvidence symmetry_evidence(const CloudView& upright, const Context& context)
 
 bool is_symmetric(const PoseEvidence& e) {
   if (e.points_in_view == 0) return e.noise[0] == 0 && e.noise[1] == 0;
-  return e.agree >= least_symmetric && (!has_detail(e) || e.agree + e.shape >= alike_needed);
+  return e.agree >= least_symmetric && (!e.has_detail() || e.agree + e.shape >= alike_needed);
 }
 
 std::string sides_sentence(const PoseEvidence& e) {
   std::string text = fmt::format("of what both sides show, {:.0f} % agrees within noise (needs {:.0f} %)",
                                  100 * std::clamp(e.agree, 0.0, 1.0), 100 * least_symmetric);
-  if (has_detail(e))
+  if (e.has_detail())
     text += fmt::format(", and their shapes agree by {:.2f} (needs {:.2f})", std::max(0.0, e.shape),
                         std::max(0.0, alike_needed - e.agree));
   return text;

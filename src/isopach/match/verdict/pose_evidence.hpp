@@ -17,6 +17,8 @@ enum class PointVerdict : unsigned char {
   behind        ///< where the other scan cannot have seen
 };
 
+inline constexpr double least_detail = 0.5;  ///< q of both scans
+
 /// All numbers of a pose. First of two: points of MOVING in the view of FIXED; second: the other way round.
 struct PoseEvidence {
   double agree = 0;  ///< E: share, of what is in view and faces the eye, that agrees; the lesser of both ways, over
@@ -34,6 +36,8 @@ struct PoseEvidence {
   std::size_t points_in_view = 0;       ///< points of MOVING and of FIXED that E rests on
   bool side_known = true;               ///< false: the scans fit with the back of one on the front of the other's file
 
+  /// Whether the surfaces repeat from half to half of a scan, beyond their noise: else `shape` says nothing.
+  [[nodiscard]] bool has_detail() const { return detail[0] >= least_detail && detail[1] >= least_detail; }
   /// z: the lesser of agree and shape.
   [[nodiscard]] double least() const { return agree < shape ? agree : shape; }
 };

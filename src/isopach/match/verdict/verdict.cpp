@@ -17,11 +17,10 @@ constexpr double loose_agreement = 0.95, agreement_by_slip = 0.3;
 constexpr double least_shape = 0.50, enough_shape = 0.70, agreement_and_shape = 1.40;
 
 Grade grade_of(const PoseEvidence& e, bool freed) {
-  const bool has_detail = std::min(e.detail[0], e.detail[1]) >= least_detail;
   if (e.points_in_view == 0) return Grade::doubted;
-  if (freed && !has_detail) return Grade::undetermined;
+  if (freed && !e.has_detail()) return Grade::undetermined;
   if (!(e.agree >= agreement_needed(e))) return Grade::doubted;
-  if (has_detail && !(e.shape >= shape_needed(e))) return Grade::doubted;
+  if (e.has_detail() && !(e.shape >= shape_needed(e))) return Grade::doubted;
   return e.slip >= e.slip_needed ? Grade::trusted : Grade::undetermined;
 }
 
