@@ -1,6 +1,6 @@
 # Thin: every target is one or two commands that can be typed by hand. Needs bash, make and the network once, for set-up.
 .DEFAULT_GOAL := build
-.PHONY: setup build demo test bench check format clean
+.PHONY: setup build demo test bench fuzz check format clean
 
 JOBS ?= $(shell nproc)
 
@@ -23,6 +23,11 @@ bench: setup  ## builds for this machine, runs the experiments, writes docs/evid
 	@cmake --preset bench --log-level=WARNING
 	@cmake --build --preset bench -j $(JOBS)
 	@scripts/bench $(BENCH)
+
+fuzz: setup  ## every fuzz target under sanitizers, for an hour each; FUZZ_SECONDS=600 for less
+	@cmake --preset fuzz --log-level=WARNING
+	@cmake --build --preset fuzz -j $(JOBS) --target isopach-fuzz
+	@tests/fuzz/run build/fuzz $(or $(FUZZ_SECONDS),3600)
 
 check:  ## the project's own rules
 	@scripts/checks/all

@@ -286,6 +286,7 @@ bool Command::parse(const Arguments& arguments) {
       ->type_name("FILE")
       ->group("Run");
   refuse_empty_names(app_, arguments);
+  given_words().clear(), given_scans().clear();
   Arguments reversed(arguments.rbegin(), arguments.rend());
   try {
     app_.parse(reversed);

@@ -65,6 +65,18 @@ TEST_F(Area, CrossingSidesAreMendedByWhomeverKnowsHow) {
   EXPECT_NE(c.warnings[0].find("it was mended"), std::string::npos) << c.warnings[0];
 }
 
+TEST_F(Area, CornersTooFarAwayToReckonWithAreRefused) {
+  const Ring far{{0, 0}, {1e308, 5}, {-1e308, 1}}, near{{0, 0}, {1e59, 5}, {0.5, 1}};
+  options_.area.budget = {one_polygon(far)};
+  EXPECT_EQ(refusal(),
+            "site: polygon 'field' has a corner at (1e+308, 5), farther than 1e+60 from the scans: mend the file");
+  options_.area.budget = {one_polygon(near)};
+  EXPECT_EQ(refusal(), "");
+  options_.area.budget.clear();
+  options_.area.mask = Mask{"south", "", edges_of({"", {far}}), {}, {}};
+  EXPECT_NE(refusal().find("south: @mask has a corner at (1e+308, 5)"), std::string::npos) << refusal();
+}
+
 TEST_F(Area, CoordinateSystemsAreComparedAsTextsWithoutGdal) {
   a_.crs = b_.crs = "EPSG:25832+5783";  // with a system of heights
   a_.unit = b_.unit = "m";

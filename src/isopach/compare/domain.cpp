@@ -42,11 +42,22 @@ std::vector<Edge> moved(std::vector<Edge> edges, const Frame& frame) {
   return edges;
 }
 
+// Products of lengths must stay finite doubles. Scans keep to the same bound, see choose_frame.
+constexpr double farthest = 1e60;
+bool in_reach(const Point2& p) { return std::fabs(p.x) <= farthest && std::fabs(p.y) <= farthest; }
+
+[[noreturn]] void refuse_far(const std::string& what, const Point2& p, const Frame& frame) {
+  const Point3 at = frame.to_input({p.x, p.y, 0});
+  throw InputError(fmt::format("{} has a corner at ({:.10g}, {:.10g}), farther than {} from the scans: mend the file",
+                               what, at.x, at.y, farthest));
+}
+
 Region region_of(Polygon polygon, const PolygonSet& file, const Frame& frame, std::vector<std::string>& warnings) {
   for (auto& ring : polygon.rings)
     for (Point2& p : ring) {
       const Point3 here = frame.to_field({p.x, p.y, 0});
       p = {here.x, here.y};
+      if (!in_reach(p)) refuse_far(fmt::format("{}: polygon '{}'", file.path, polygon.name), p, frame);
     }
   Region region;
   region.edges = edges_of(polygon);
@@ -139,6 +150,8 @@ class InFrame {
     for (const std::string& note : mask.notes) c_.warnings.push_back(mask.path + ": " + note);
     Region region;
     region.edges = moved(mask.edges, c_.frame);
+    for (const Edge& e : region.edges)
+      if (!in_reach(e.a)) refuse_far(mask.path + ": @mask", e.a, c_.frame);
     auto parts = trapezoids(region.edges);
     if (!parts)
       throw InputError(mask.path +
