@@ -130,7 +130,7 @@ TurnedBox::Bound TurnedBox::bound(const Point3& p) const {
 TurnedBox::Bound TurnedBox::to_pyramid(const Point3& q, double rounding, double pad) const {
   const double ahead = q.x + std::max(low_[0] * q.y, high_[0] * q.y) + std::max(low_[1] * q.z, high_[1] * q.z);
   const double distance2 = squared_length(q);
-  if (ahead <= -2 * rounding && reach2_ >= least_reach * distance2) return {(1 - slack) * distance2, true};
+  if (ahead < -2 * rounding && reach2_ >= least_reach * distance2) return {(1 - slack) * distance2, true};
   const double beside[2] = {q.y, q.z};
   double sum = 0, angle = 1;
   for (std::size_t k = 0; k < 2; ++k) {
