@@ -157,6 +157,28 @@ Points ring(std::size_t n, std::uint64_t seed) {
   return points;
 }
 
+/// A hub and nodes around it, the first of a turn of 1 at `from`; rays of uneven length where rough.
+Points wheel(std::size_t n, double from, double turn, std::uint64_t seed, double uneven) {
+  Random random(seed);
+  Points points{{0, 0}};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double angle = 6.283185307 * (from + turn * static_cast<double>(i) / static_cast<double>(n)),
+                 length = 1 + uneven * random.uniform();
+    points.push_back({length * std::cos(angle), length * std::sin(angle)});
+  }
+  return points;
+}
+/// The origin is a hub of all of them.
+Points parabola(std::size_t n, double along_x, double height) {
+  Points points;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = static_cast<double>(i) / static_cast<double>(n);
+    points.push_back({along_x * x, height * x * x});
+  }
+  return points;
+}
+std::size_t few(std::size_t n) { return 40 + n % 60; }  // for meshes that the oracle is slow with
+
 struct PairFamily {
   const char* name;
   std::pair<Points, Points> (*make)(std::size_t n, std::size_t m, std::uint64_t seed);
@@ -227,6 +249,35 @@ const PairFamily pair_families[] = {
     {"clusters",
      [](auto n, auto m, auto seed) {
        return std::pair{clustered(n, seed), clustered(m, seed + 1)};
+     }},
+    {"wheels_on_one_hub",
+     [](auto n, auto m, auto seed) {
+       return std::pair{wheel(few(n), 0, 1, seed, 0.01), wheel(few(m), 0.3, 1, seed + 1, 0.01)};
+     }},
+    {"equal_wheels",
+     [](auto n, auto, auto seed) {
+       return std::pair{wheel(few(n), 0, 1, seed, 0), wheel(few(n), 0, 1, seed, 0)};
+     }},
+    {"fans_on_one_hub",
+     [](auto n, auto m, auto seed) {
+       const auto start = 0.1 * static_cast<double>(seed % 1000 / 100);
+       return std::pair{wheel(few(n), start, 0.4, seed, 0), wheel(few(m), start + 0.2, 0.4, seed, 0)};
+     }},
+    {"equal_parabolas",
+     [](auto n, auto, auto seed) {
+       const double x = seed % 200 == 0 ? 1 : -1, y = seed % 300 == 0 ? 2 : -2;
+       return std::pair{parabola(few(n), x, y), parabola(few(n), x, y)};
+     }},
+    {"parabolas_of_some_common_nodes",
+     [](auto n, auto, auto seed) {
+       const double x = seed % 200 == 0 ? 1 : -1, y = seed % 300 == 0 ? 2 : -2;
+       const Points all = parabola(3 * few(n), x, y);
+       return std::pair{joined({{0, 0}}, some_of(all, 6, seed)), joined({{0, 0}}, some_of(all, 6, seed + 1))};
+     }},
+    {"wheels_with_other_nodes",
+     [](auto n, auto m, auto seed) {
+       return std::pair{joined(wheel(few(n), 0, 1, seed, 0), moved(uniform(m % 50, seed), 0.4, 0.6, 0.5)),
+                        joined(wheel(few(m), 0, 1, seed, 0), moved(uniform(n % 50, seed + 1), 0.5, -1, -1))};
      }},
 };
 
@@ -389,6 +440,24 @@ TEST(Overlay, OfAPyramidAndAPlaneIsExact) {
     const double share = percentile_levels[i] / 100.0;
     EXPECT_NEAR(half.difference.abs_percentiles[i], share * h / 2, 1e-12);
   }
+}
+
+std::size_t number_of_cells(const Overlay& overlay) {
+  Overlay::Scratch scratch;
+  std::size_t cells = 0;
+  for (std::size_t i = 0; i < overlay.items(); ++i) cells += overlay.cells(i, scratch).size();
+  return cells;
+}
+
+TEST(Overlay, OfHubsInOnePlaceHasNoMoreCellsThanOthers) {
+  constexpr std::size_t n = 2000;
+  const auto cells = [](const Points& points) {
+    return number_of_cells(Couple(rough(points, 61), rough(points, 62)).overlay());
+  };
+  EXPECT_LT(cells(uniform(n, 63)), 30 * n);
+  EXPECT_LT(cells(wheel(n, 0, 1, 64, 0)), 30 * n);
+  for (const double x : {-1, 1})
+    for (const double y : {-2, 2}) EXPECT_LT(cells(parabola(n, x, y)), 30 * n) << x << ' ' << y;
 }
 
 }  // namespace
