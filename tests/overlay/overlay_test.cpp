@@ -460,5 +460,26 @@ TEST(Overlay, OfHubsInOnePlaceHasNoMoreCellsThanOthers) {
     for (const double y : {-2, 2}) EXPECT_LT(cells(parabola(n, x, y)), 30 * n) << x << ' ' << y;
 }
 
+/// A hub at (x, 0) and n nodes on a line across, which doubles hold exactly.
+Points fan(std::size_t n, double hub, double rim) {
+  Points points{{hub, 0.5}};
+  for (std::size_t i = 0; i < n; ++i) points.push_back({rim, static_cast<double>(i) / static_cast<double>(n)});
+  return points;
+}
+
+TEST(Overlay, EstimatesItsCells) {
+  const Couple few(rough(uniform(300, 71), 72), rough(uniform(200, 73), 74));
+  EXPECT_EQ(few.overlay().estimated_cells({}), static_cast<double>(number_of_cells(few.overlay())));
+  const Couple many(rough(uniform(20000, 75), 76), rough(uniform(15000, 77), 78));
+  auto cells = static_cast<double>(number_of_cells(many.overlay()));
+  EXPECT_NEAR(many.overlay().estimated_cells({}), cells, 0.1 * cells);
+  const Couple fans(rough(fan(2500, 0, 8), 79), rough(fan(1500, 8, 0), 80));
+  cells = static_cast<double>(number_of_cells(fans.overlay()));
+  EXPECT_GT(cells, 1e6);
+  EXPECT_NEAR(fans.overlay().estimated_cells({}), cells, 0.1 * cells);
+  const Couple apart(rough(uniform(50, 81), 82), rough(moved(uniform(50, 83), 1, 3, 0), 84));
+  EXPECT_EQ(apart.overlay().estimated_cells({}), 0);
+}
+
 }  // namespace
 }  // namespace isopach::test

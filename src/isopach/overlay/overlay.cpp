@@ -499,6 +499,22 @@ double Overlay::bound_of_difference() const {
   return std::max(*high - *low_inner, *high_inner - *low);
 }
 
+double Overlay::estimated_cells(const Context& context) const {
+  constexpr std::size_t most_items = 1024, enough_cells = 2'000'000;
+  constexpr double golden = 0.6180339887498949;  // its multiples, less whole numbers, lie evenly however many there are
+  const std::size_t n = items();
+  Scratch scratch;
+  std::size_t counted = 0, cells_of_them = 0;
+  for (; counted < std::min(n, most_items) && cells_of_them < enough_cells; ++counted) {
+    context.check();
+    const double place = golden * static_cast<double>(counted);
+    const auto item = static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(n));
+    cells_of_them += cells(n <= most_items ? counted : item, scratch).size();
+  }
+  if (counted == 0) return 0;
+  return static_cast<double>(cells_of_them) / static_cast<double>(counted) * static_cast<double>(n);
+}
+
 bool Overlay::has_node_inside(Index t) const { return start_of(t) != no_index; }
 
 Index Overlay::start_of(Index t) const {

@@ -73,6 +73,11 @@ class Overlay {
   /// A number that |z2 − z1| exceeds nowhere, from the ranges of both surfaces' heights. Cost O(nodes).
   [[nodiscard]] double bound_of_difference() const;
 
+  /// About how many cells there are, from those of some hundred items spread evenly: exact for few items, else within
+  /// some per cent where it is large. Long triangles that cross one another have up to all pairs. Cost: that of the
+  /// cells counted, at most some millions.
+  [[nodiscard]] double estimated_cells(const Context& context) const;
+
   class Scratch;
 
   /// The cells of an item, in an order that depends on the meshes alone; valid until `scratch` is used again. Cells in
