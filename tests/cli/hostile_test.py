@@ -220,5 +220,38 @@ class Budgets(CliTest):
         self.fails(3, "compare", "a.xyz", "a.xyz", says=["1e-60"])
 
 
+class Slivers(CliTest):
+    """Long thin triangles. What a query and an overlay look at is counted in tests/distance/surface_tree_test.cpp and
+    tests/overlay/overlay_test.cpp; here they would take minutes if they looked at all pairs."""
+
+    def parabola(self, name, count, lift):
+        self.write(name, ["%.9f %.9f %g" % (20 * i / count, (20 * i / count) ** 2, lift) for i in range(count)])
+
+    def fan(self, name, count, hub, rim):
+        self.write(name, [f"{hub} 0.5 0"] + ["%g %.6f 1" % (rim, i / count) for i in range(count)])
+
+    def test_a_parabola_is_measured(self):
+        self.parabola("a.xyz", 20000, 0)
+        self.parabola("b.xyz", 20000, 1)
+        found = self.result("distance", "a.xyz", "b.xyz", "--measure", "c2s")
+        self.assertAlmostEqual(found["c2s"]["a_to_b"]["max"], 1, 9)
+        found = self.result("compare", "a.xyz", "b.xyz", "--surface", "overlay")
+        self.assertAlmostEqual(found["volume"]["mean"] if "mean" in found["volume"] else
+                               found["volume"]["net"] / found["domain"]["area"], 1, 9)
+
+    def test_an_overlay_out_of_proportion_is_announced_and_one_beyond_memory_refused(self):
+        self.fan("a.xyz", 4000, 0, 8)
+        self.fan("b.xyz", 4000, 8, 0)
+        words = ["compare", "a.xyz", "b.xyz", "--surface", "overlay", "--border", "hull"]
+        run = self.run_cli(*words, "--progress", "json")
+        self.assertRegex(run.stdout, r"warning: the overlay of the two scans has about \d+ million cells")
+        self.assertRegex(run.stderr, r'"stage":"overlay of about \d+ million cells"')
+        # Its cells would fill the memory: refused before that.
+        limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (1_500_000_000, 1_500_000_000))
+        run = self.run_cli(*words, "-o", "out", "--threads", "2", code=3, preexec_fn=limit)
+        self.assertEqual(run.stderr.count("\n"), 1, run.stderr)
+        self.assertIn("--no-cells", run.stderr)
+
+
 if __name__ == "__main__":
     unittest.main()

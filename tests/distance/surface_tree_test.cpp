@@ -183,5 +183,209 @@ TEST(SurfaceTree, AFaceIsFoundForAnySize) {
   }
 }
 
+/// Height fields of long thin triangles, and needles in space.
+struct SliverFamily {
+  const char* name;
+  Mesh (*make)(std::size_t n);
+};
+
+Mesh lifted(const test::Points& points, double height) { return rough_mesh(points, height, 17); }
+
+/// A hub and n nodes on a line that doubles hold exactly, as others would leave slivers of rounding along it.
+test::Points fan(std::size_t n, const Point2& hub, double x, double height) {
+  test::Points points{hub};
+  for (std::size_t i = 0; i < n; ++i) points.push_back({x, height * static_cast<double>(i) / static_cast<double>(n)});
+  return points;
+}
+
+/// A hub and n nodes on a quarter of a circle around it.
+test::Points quarter(std::size_t n, const Point2& hub) {
+  test::Points points{hub};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double angle = 1.57 * static_cast<double>(i) / static_cast<double>(n);
+    points.push_back({hub.x + 3 * std::cos(angle), hub.y + 3 * std::sin(angle)});
+  }
+  return points;
+}
+
+template <class At>
+test::Points along(std::size_t n, At&& at) {
+  test::Points points;
+  for (std::size_t i = 0; i < n; ++i) points.push_back(at(static_cast<double>(i) / static_cast<double>(n), i));
+  return points;
+}
+
+Mesh needles(std::size_t n) {
+  Mesh mesh;
+  test::Random random(23);
+  const auto in_cube = [&](double half) {
+    return Point3{random.uniform(-half, half), random.uniform(-half, half), random.uniform(-half, half)};
+  };
+  for (std::size_t i = 0; i < n; ++i) {
+    const Point3 a = in_cube(1), b = in_cube(1), aside = in_cube(1e-4);
+    mesh.points.insert(mesh.points.end(), {a, b, {b.x + aside.x, b.y + aside.y, b.z + aside.z}});
+    const auto first = static_cast<Index>(3 * i);
+    mesh.faces.push_back({first, first + 1, first + 2});
+  }
+  return mesh;
+}
+
+const SliverFamily sliver_families[] = {
+    {"fan",
+     [](auto n) {
+       return lifted(fan(n, {0, 0}, 1e6, 20), 0.5);
+     }},
+    {"fan_from_the_other_side",
+     [](auto n) {
+       return lifted(fan(n, {1e6, 10}, 0, 20), 0.5);
+     }},
+    {"flat_quarter",
+     [](auto n) {
+       return lifted(quarter(n, {0, 0}), 0);
+     }},
+    {"quarter_far_from_the_origin",
+     [](auto n) {
+       return lifted(quarter(n, {5e5, 4e6}), 0);
+     }},
+    {"parabola",
+     [](auto n) {
+       return lifted(along(n, [](double s, std::size_t) { return Point2{20 * s, 400 * s * s}; }), 0);
+     }},
+    {"rough_parabola",
+     [](auto n) {
+       return lifted(along(n, [](double s, std::size_t) { return Point2{20 * s, 400 * s * s}; }), 1);
+     }},
+    {"two_columns",
+     [](auto n) {
+       return lifted(along(n,
+                           [](double s, std::size_t i) {
+                             const double x = static_cast<double>(i % 2);
+                             return Point2{0.8 * x - 0.6 * s, 0.6 * x + 0.8 * s};
+                           }),
+                     0);
+     }},
+    {"wheel",
+     [](auto n) {
+       test::Points points = along(n, [](double s, std::size_t) {
+         return Point2{std::cos(6.283 * s), std::sin(6.283 * s)};
+       });
+       points.push_back({0.01, 0.003});
+       return lifted(points, 0.01);
+     }},
+    {"spiral",
+     [](auto n) {
+       return lifted(along(n,
+                           [](double s, std::size_t) {
+                             const double t = 60 * s;
+                             return Point2{t * std::cos(t), t * std::sin(t)};
+                           }),
+                     0.01);
+     }},
+};
+
+/// Nodes of the surface, moved by up to `lift` upwards.
+std::vector<Point3> over_nodes(const Mesh& mesh, std::size_t count, double lift) {
+  test::Random random(31);
+  std::vector<Point3> all;
+  for (std::size_t i = 0; i < count; ++i) {
+    Point3 p = mesh.points[i * mesh.points.size() / count];
+    p.z += lift * random.uniform();
+    all.push_back(p);
+  }
+  return all;
+}
+
+/// The closest of all triangles, of equally near ones the first: what the tree has to find, to the last bit.
+Closest closest_of_all(const Mesh& mesh, const Point3& p) {
+  Closest best;
+  for (std::size_t f = 0; f < mesh.faces.size(); ++f) {
+    const ClosestPoint q = closest_on_triangle(p, mesh.corners(f));
+    if (q.distance2 < best.at.distance2) best = {q, static_cast<Index>(f)};
+  }
+  return best;
+}
+
+void expect_closest_of_all(const Mesh& mesh, const std::vector<Point3>& places) {
+  const SurfaceTree tree(mesh);
+  for (const Point3& p : places) {
+    const Closest found = tree.closest(p), best = closest_of_all(mesh, p);
+    ASSERT_EQ(found.face, best.face) << found.at.distance2 << ' ' << best.at.distance2 << ' ' << p.x << ' ' << p.y
+                                     << ' ' << p.z;
+    ASSERT_EQ(found.at.distance2, best.at.distance2) << p.x << ' ' << p.y << ' ' << p.z;
+  }
+}
+
+TEST(SurfaceTree, ClosestOfSliversIsThatOfEveryTriangleTried) {
+  for (const SliverFamily& family : sliver_families)
+    for (const std::size_t n : {3, 40, 600}) {
+      SCOPED_TRACE(family.name + (' ' + std::to_string(n)));
+      const Mesh mesh = family.make(n);
+      expect_closest_of_all(mesh, queries(mesh, 3));
+      for (const double lift : {0.0, 0.3}) expect_closest_of_all(mesh, over_nodes(mesh, 50, lift));
+    }
+}
+
+TEST(SurfaceTree, ClosestOfNeedlesInSpaceIsThatOfEveryTriangleTried) {
+  const Mesh mesh = needles(500);
+  expect_closest_of_all(mesh, queries(mesh, 3));
+}
+
+TEST(SurfaceTree, ClosestToAFanSeenFromTheHubOfAnother) {
+  const Mesh one = sliver_families[0].make(600), other = sliver_families[1].make(600);
+  for (const double lift : {0.0, 0.3, 100.0}) {
+    expect_closest_of_all(one, over_nodes(other, 200, lift));
+    expect_closest_of_all(other, over_nodes(one, 200, lift));
+  }
+}
+
+TEST(SurfaceTree, UprightLinesThroughSliversMeetThem) {
+  for (const SliverFamily& family : sliver_families) {
+    SCOPED_TRACE(family.name);
+    const Mesh mesh = family.make(600);
+    const SurfaceTree tree(mesh);
+    for (std::size_t f = 0; f < mesh.faces.size(); f += 7) {
+      const auto c = mesh.corners(f);
+      if (face_area(c) < 1e-9) continue;  // rounding of its middle may be wider than itself
+      const Point3 middle{(c[0].x + c[1].x + c[2].x) / 3, (c[0].y + c[1].y + c[2].y) / 3,
+                          (c[0].z + c[1].z + c[2].z) / 3 + 2};
+      const Crossing crossing = tree.cross(middle, {0, 0, 1});
+      ASSERT_NE(crossing.face, no_index) << f;
+      EXPECT_NEAR(crossing.t, -2, 1e-3);
+    }
+  }
+}
+
+double looks(const Mesh& mesh, const std::vector<Point3>& places) {
+  const SurfaceTree tree(mesh);
+  SearchCounts counts;
+  for (const Point3& p : places) static_cast<void>(tree.closest(p, counts));
+  return static_cast<double>(counts.boxes + counts.triangles) / static_cast<double>(places.size());
+}
+
+TEST(SurfaceTree, AQueryOfSliversLooksAtTenTimesWhatOneOfUniformNodesDoesAtMost) {
+  constexpr std::size_t n = 20000, count = 1000;
+  const Mesh uniform = lifted(test::uniform(n, 5), 0.001);
+  const double usual = looks(uniform, over_nodes(uniform, count, 0));
+  EXPECT_LT(usual, 150);
+  for (const SliverFamily& family : sliver_families) {
+    const Mesh mesh = family.make(n);
+    for (const double lift : {0.0, 0.01})
+      EXPECT_LT(looks(mesh, over_nodes(mesh, count, lift)), 10 * usual) << family.name << ' ' << lift;
+  }
+  const Mesh fan = sliver_families[0].make(n), opposite = sliver_families[1].make(n);
+  EXPECT_LT(looks(fan, over_nodes(opposite, count, 0)), 10 * usual);
+}
+
+TEST(SurfaceTree, CountsAreThoseOfTheSameSearch) {
+  const Mesh mesh = sliver_families[0].make(600);
+  const SurfaceTree tree(mesh);
+  SearchCounts counts;
+  for (const Point3& p : queries(mesh, 3)) {
+    const SearchCounts before = counts;
+    EXPECT_EQ(tree.closest(p, counts).face, tree.closest(p).face);
+    EXPECT_GT(counts.boxes, before.boxes);
+  }
+}
+
 }  // namespace
 }  // namespace isopach

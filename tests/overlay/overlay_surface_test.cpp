@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <set>
 
@@ -33,6 +34,16 @@ Totals totals(const OverlaySurface& s) {
   return sum;
 }
 
+/// A hub and nodes round it.
+Points wheel(std::size_t n, double from) {
+  Points points{{0, 0}};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double angle = from + 6.283 * static_cast<double>(i) / static_cast<double>(n);
+    points.push_back({std::cos(angle), std::sin(angle)});
+  }
+  return points;
+}
+
 struct Case {
   const char* name;
   Points a, b;
@@ -43,6 +54,8 @@ const std::vector<Case>& cases() {
                                      {"OneInside", uniform(30, 1), shifted(grid(9, 0), 0.01)},
                                      {"Grids", grid(100, 0), grid(225, 0)},
                                      {"SharedNodes", uniform(200, 1), uniform(100, 1)},
+                                     {"OneHub", wheel(70, 0), wheel(90, 0.3)},
+                                     {"EqualWheels", wheel(80, 0), wheel(80, 0)},
                                      {"LargeTriangles", uniform(4, 5), uniform(500, 2)}};
   return all;
 }

@@ -157,6 +157,28 @@ Points ring(std::size_t n, std::uint64_t seed) {
   return points;
 }
 
+/// A hub and nodes around it, the first of a turn of 1 at `from`; rays of uneven length where rough.
+Points wheel(std::size_t n, double from, double turn, std::uint64_t seed, double uneven) {
+  Random random(seed);
+  Points points{{0, 0}};
+  for (std::size_t i = 0; i < n; ++i) {
+    const double angle = 6.283185307 * (from + turn * static_cast<double>(i) / static_cast<double>(n)),
+                 length = 1 + uneven * random.uniform();
+    points.push_back({length * std::cos(angle), length * std::sin(angle)});
+  }
+  return points;
+}
+/// The origin is a hub of all of them.
+Points parabola(std::size_t n, double along_x, double height) {
+  Points points;
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = static_cast<double>(i) / static_cast<double>(n);
+    points.push_back({along_x * x, height * x * x});
+  }
+  return points;
+}
+std::size_t few(std::size_t n) { return 40 + n % 60; }  // for meshes that the oracle is slow with
+
 struct PairFamily {
   const char* name;
   std::pair<Points, Points> (*make)(std::size_t n, std::size_t m, std::uint64_t seed);
@@ -228,6 +250,35 @@ const PairFamily pair_families[] = {
      [](auto n, auto m, auto seed) {
        return std::pair{clustered(n, seed), clustered(m, seed + 1)};
      }},
+    {"wheels_on_one_hub",
+     [](auto n, auto m, auto seed) {
+       return std::pair{wheel(few(n), 0, 1, seed, 0.01), wheel(few(m), 0.3, 1, seed + 1, 0.01)};
+     }},
+    {"equal_wheels",
+     [](auto n, auto, auto seed) {
+       return std::pair{wheel(few(n), 0, 1, seed, 0), wheel(few(n), 0, 1, seed, 0)};
+     }},
+    {"fans_on_one_hub",
+     [](auto n, auto m, auto seed) {
+       const auto start = 0.1 * static_cast<double>(seed % 1000 / 100);
+       return std::pair{wheel(few(n), start, 0.4, seed, 0), wheel(few(m), start + 0.2, 0.4, seed, 0)};
+     }},
+    {"equal_parabolas",
+     [](auto n, auto, auto seed) {
+       const double x = seed % 200 == 0 ? 1 : -1, y = seed % 300 == 0 ? 2 : -2;
+       return std::pair{parabola(few(n), x, y), parabola(few(n), x, y)};
+     }},
+    {"parabolas_of_some_common_nodes",
+     [](auto n, auto, auto seed) {
+       const double x = seed % 200 == 0 ? 1 : -1, y = seed % 300 == 0 ? 2 : -2;
+       const Points all = parabola(3 * few(n), x, y);
+       return std::pair{joined({{0, 0}}, some_of(all, 6, seed)), joined({{0, 0}}, some_of(all, 6, seed + 1))};
+     }},
+    {"wheels_with_other_nodes",
+     [](auto n, auto m, auto seed) {
+       return std::pair{joined(wheel(few(n), 0, 1, seed, 0), moved(uniform(m % 50, seed), 0.4, 0.6, 0.5)),
+                        joined(wheel(few(m), 0, 1, seed, 0), moved(uniform(n % 50, seed + 1), 0.5, -1, -1))};
+     }},
 };
 
 class OverlayFamilies : public testing::TestWithParam<PairFamily> {
@@ -242,7 +293,7 @@ INSTANTIATE_TEST_SUITE_P(Pairs, OverlayFamilies, testing::ValuesIn(pair_families
 
 TEST_P(OverlayFamilies, EqualsClippingAllPairs) {
   Random random(1);
-  for (std::uint64_t seed = 1; seed <= 14; ++seed) {  // 14 · 16 pairs
+  for (std::uint64_t seed = 1; seed <= 14; ++seed) {  // 14 · 22 pairs
     const auto size = [&] { return static_cast<std::size_t>(50 * std::pow(40, std::pow(random.uniform(), 2))); };
     const std::size_t n = size(), m = size();
     SCOPED_TRACE(testing::Message() << n << " and " << m << " nodes, seed " << seed);
@@ -389,6 +440,45 @@ TEST(Overlay, OfAPyramidAndAPlaneIsExact) {
     const double share = percentile_levels[i] / 100.0;
     EXPECT_NEAR(half.difference.abs_percentiles[i], share * h / 2, 1e-12);
   }
+}
+
+std::size_t number_of_cells(const Overlay& overlay) {
+  Overlay::Scratch scratch;
+  std::size_t cells = 0;
+  for (std::size_t i = 0; i < overlay.items(); ++i) cells += overlay.cells(i, scratch).size();
+  return cells;
+}
+
+TEST(Overlay, OfHubsInOnePlaceHasNoMoreCellsThanOthers) {
+  constexpr std::size_t n = 2000;
+  const auto cells = [](const Points& points) {
+    return number_of_cells(Couple(rough(points, 61), rough(points, 62)).overlay());
+  };
+  EXPECT_LT(cells(uniform(n, 63)), 30 * n);
+  EXPECT_LT(cells(wheel(n, 0, 1, 64, 0)), 30 * n);
+  for (const double x : {-1, 1})
+    for (const double y : {-2, 2}) EXPECT_LT(cells(parabola(n, x, y)), 30 * n) << x << ' ' << y;
+}
+
+/// A hub at (x, 0) and n nodes on a line across, which doubles hold exactly.
+Points fan(std::size_t n, double hub, double rim) {
+  Points points{{hub, 0.5}};
+  for (std::size_t i = 0; i < n; ++i) points.push_back({rim, static_cast<double>(i) / static_cast<double>(n)});
+  return points;
+}
+
+TEST(Overlay, EstimatesItsCells) {
+  const Couple few(rough(uniform(300, 71), 72), rough(uniform(200, 73), 74));
+  EXPECT_EQ(few.overlay().estimated_cells({}), static_cast<double>(number_of_cells(few.overlay())));
+  const Couple many(rough(uniform(20000, 75), 76), rough(uniform(15000, 77), 78));
+  auto cells = static_cast<double>(number_of_cells(many.overlay()));
+  EXPECT_NEAR(many.overlay().estimated_cells({}), cells, 0.1 * cells);
+  const Couple fans(rough(fan(2500, 0, 8), 79), rough(fan(1500, 8, 0), 80));
+  cells = static_cast<double>(number_of_cells(fans.overlay()));
+  EXPECT_GT(cells, 1e6);
+  EXPECT_NEAR(fans.overlay().estimated_cells({}), cells, 0.1 * cells);
+  const Couple apart(rough(uniform(50, 81), 82), rough(moved(uniform(50, 83), 1, 3, 0), 84));
+  EXPECT_EQ(apart.overlay().estimated_cells({}), 0);
 }
 
 }  // namespace

@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "isopach/base/median.hpp"
+#include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/compare/domain.hpp"
@@ -426,7 +427,33 @@ void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const P
   describe(1, cloud_b, c.options.pose, c.fields_b);
 }
 
+namespace {
+
+// Says, before it begins, where the overlay is out of proportion to the scans, and refuses what memory does not hold.
+void announce_size(const Overlay& overlay, Comparison& c, const Context& context) {
+  constexpr double many = 1e7, many_a_node = 100;
+  constexpr double bytes_a_cell = 250;  // of the overlay as one mesh, while it is made
+  const double cells = overlay.estimated_cells(context);
+  const double memory = bytes_a_cell * cells;
+  if (const std::uint64_t usable = usable_memory(); c.options.keep_overlay && memory > static_cast<double>(usable))
+    throw InputError(fmt::format(
+        "the overlay of the two scans has about {:.0f} million cells, and to keep them needs about {}, of which {} "
+        "can be used: "
+        "leave them out with @no-cells, or use @surface common",
+        1e-6 * cells, bytes_in_words(static_cast<std::uint64_t>(memory)), bytes_in_words(usable)));
+  if (cells < many || cells < many_a_node * static_cast<double>(c.a.nodes + c.b.nodes)) return;
+  context.step(fmt::format("overlay of about {:.0f} million cells", 1e-6 * cells), 0);
+  c.warnings.push_back(fmt::format(
+      "the overlay of the two scans has about {:.0f} million cells, {:.0f} for each node, because long thin triangles "
+      "of both cross one another: @surface common takes a small part of the time, and @max-edge leaves such "
+      "triangles out",
+      1e-6 * cells, cells / static_cast<double>(c.a.nodes + c.b.nodes)));
+}
+
+}  // namespace
+
 void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comparison& c, const Context& context) {
+  announce_size(cells.overlay, c, context);
   if (c.options.surface == Surface::both)
     c.overlay = sum_up(cells, context);
   else

@@ -10,8 +10,12 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t leaf_size = 4;
-constexpr std::size_t parallel_size = 8192;
+constexpr std::size_t parallel_size = 8192, turning_block = 16;
 constexpr int deepest = 64;
+// Boxes are said to overlap where a place on the surface lies in more leaves than this, on the average of some places;
+// in ordinary meshes it is 3 to 5. No place is counted beyond `most_leaves`.
+constexpr std::size_t overlap_places = 256, many_leaves = 16, most_leaves = 4096;
+constexpr double worth = 0.5;  // a turned box is kept where its area is this share of the plain one's, or less
 // Squared sine of a corner, below which rounding of the normal would be seen in the foot, and below which there is no
 // normal at all.
 constexpr double thin = 1e-6, flat = 1e-26;
@@ -99,9 +103,9 @@ class UprightLine {
   double shear_u_, shear_v_, scale_;
 };
 
-/// Nodes still to be visited. `Bound` gives the least a node's box can hold; nearer children first.
+/// Nodes still to be visited. `bound(node)` is the least its boxes can hold; nearer children first.
 template <class Bound, class Search>
-void visit(const Array<Box3>& boxes, int levels, Bound&& bound, Search& leaf) {
+void visit(int levels, Bound&& bound, Search& leaf) {
   struct Entry {
     std::size_t node;
     int level;
@@ -109,7 +113,7 @@ void visit(const Array<Box3>& boxes, int levels, Bound&& bound, Search& leaf) {
   };
   Entry stack[deepest + 2];
   int top = 0;
-  stack[top++] = {0, 0, bound(boxes[0])};
+  stack[top++] = {0, 0, bound(0)};
   while (top > 0) {
     const Entry e = stack[--top];
     if (!leaf.wants(e.least)) continue;
@@ -117,8 +121,8 @@ void visit(const Array<Box3>& boxes, int levels, Bound&& bound, Search& leaf) {
       leaf.look(e.node, e.level);
       continue;
     }
-    Entry near{2 * e.node + 1, e.level + 1, bound(boxes[2 * e.node + 1])};
-    Entry far{2 * e.node + 2, e.level + 1, bound(boxes[2 * e.node + 2])};
+    Entry near{2 * e.node + 1, e.level + 1, bound(2 * e.node + 1)};
+    Entry far{2 * e.node + 2, e.level + 1, bound(2 * e.node + 2)};
     if (far.least < near.least) std::swap(near, far);
     stack[top++] = far;
     stack[top++] = near;
@@ -156,6 +160,10 @@ SurfaceTree::SurfaceTree(const Mesh& mesh) : mesh_(mesh) {
   build(0, 0, centres);
   corners_.resize(n);
   for_each_index(n, [&](std::size_t i) { corners_[i] = mesh.corners(order_[i]); });
+  if (const std::size_t plain = overlap<false>(); plain > many_leaves * overlap_places) {
+    turn_boxes();
+    if (overlap<true>() > plain / 2) turned_of_.clear(), turned_.clear();  // they are no help
+  }
 }
 
 SurfaceTree::Range SurfaceTree::range(std::size_t node, int level) const {
@@ -203,27 +211,108 @@ Box3 SurfaceTree::build(std::size_t node, int level, const Array<Point3>& centre
   return boxes_[node] = left;
 }
 
-Closest SurfaceTree::closest(const Point3& p) const {
+/// Counts for some places of the surface how many leaves have them in their boxes.
+template <bool turned>
+std::size_t SurfaceTree::overlap() const {
+  struct Search {
+    std::size_t leaves = 0;
+    [[nodiscard]] bool wants(double least) const { return least <= 0 && leaves < most_leaves; }
+    void look(std::size_t, int) { ++leaves; }
+  };
+  const std::size_t places = std::min(overlap_places, corners_.size());
+  std::size_t all = 0;
+  for (std::size_t i = 0; i < places; ++i) {
+    const auto& c = corners_[corners_.size() / places * i];
+    const Point3 middle = (1.0 / 3) * (c[0] + c[1] + c[2]);
+    const auto bound = [&](std::size_t node) {
+      const double plain = distance2_to_box(middle, boxes_[node]);
+      return turned && plain <= 0 && turned_of_[node] != no_index ? turned_[turned_of_[node]].bound(middle).distance2
+                                                                  : plain;
+    };
+    Search search;
+    visit(levels_, bound, search);
+    all += search.leaves;
+  }
+  return all * (overlap_places / places);
+}
+
+void SurfaceTree::turn_boxes() {
+  turned_of_.resize(boxes_.size());
+  std::vector<TurnedNode> of_level;
+  for (int level = 0; level <= levels_; ++level) {
+    const std::size_t first = (std::size_t{1} << level) - 1;
+    of_level.resize(first + 1);
+    for_blocks(of_level.size(), turning_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t i = begin; i < end; ++i) {
+        const Range r = range(first + i, level);
+        const auto first_face = order_.begin() + static_cast<std::ptrdiff_t>(r.begin);
+        of_level[i] = {TurnedBox({corners_.data() + r.begin, r.end - r.begin}),
+                       *std::min_element(first_face, first_face + static_cast<std::ptrdiff_t>(r.end - r.begin))};
+      }
+    });
+    for (std::size_t i = 0; i < of_level.size(); ++i) {
+      const bool kept = of_level[i].is_fan() || of_level[i].area() <= worth * area_of(boxes_[first + i]);
+      turned_of_[first + i] = kept ? static_cast<Index>(turned_.size()) : no_index;
+      if (kept) turned_.push_back(of_level[i]);
+    }
+  }
+}
+
+template <bool turned, class Count>
+Closest SurfaceTree::search_closest(const Point3& p, Count& count) const {
   struct Search {
     const SurfaceTree& tree;
     const Point3& p;
+    Count& count;
     Closest best;
     [[nodiscard]] bool wants(double least) const { return least <= best.at.distance2; }
     void look(std::size_t node, int level) {
       const Range r = tree.range(node, level);
       for (std::size_t i = r.begin; i < r.end; ++i) {
-        const ClosestPoint q = closest_on_triangle(p, tree.corners_[i]);
-        const Index face = tree.order_[i];
-        if (q.distance2 < best.at.distance2 || (q.distance2 == best.at.distance2 && face < best.face)) best = {q, face};
+        count.triangle();
+        offer(closest_on_triangle(p, tree.corners_[i]), tree.order_[i]);
       }
     }
-  } search{*this, p, {}};
-  visit(
-      boxes_, levels_, [&](const Box3& box) { return distance2_to_box(p, box); }, search);
+    void offer(const ClosestPoint& q, Index face) {
+      if (q.distance2 < best.at.distance2 || (q.distance2 == best.at.distance2 && face < best.face)) best = {q, face};
+    }
+  } search{*this, p, count, {}};
+  const auto bound = [&](std::size_t node) {
+    count.box();
+    const double plain = distance2_to_box(p, boxes_[node]);
+    if constexpr (turned)
+      if (search.wants(plain) && turned_of_[node] != no_index) {
+        const TurnedNode& box = turned_[turned_of_[node]];
+        const TurnedBox::Bound least = box.bound(p);
+        if (!least.at_tip) return std::max(plain, least.distance2);
+        search.offer(at(p, box.tip()), box.least);
+        return std::numeric_limits<double>::infinity();
+      }
+    return plain;
+  };
+  visit(levels_, bound, search);
   return search.best;
 }
 
-Crossing SurfaceTree::cross(const Point3& p, const Point3& direction) const {
+Closest SurfaceTree::closest(const Point3& p) const {
+  struct {
+    void box() {}
+    void triangle() {}
+  } none;
+  return turned_.empty() ? search_closest<false>(p, none) : search_closest<true>(p, none);
+}
+
+Closest SurfaceTree::closest(const Point3& p, SearchCounts& counts) const {
+  struct {
+    SearchCounts& counts;
+    void box() { ++counts.boxes; }
+    void triangle() { ++counts.triangles; }
+  } count{counts};
+  return turned_.empty() ? search_closest<false>(p, count) : search_closest<true>(p, count);
+}
+
+template <bool turned>
+Crossing SurfaceTree::search_crossing(const Point3& p, const Point3& direction) const {
   struct Search {
     const SurfaceTree& tree;
     UprightLine line;
@@ -241,9 +330,21 @@ Crossing SurfaceTree::cross(const Point3& p, const Point3& direction) const {
       }
     }
   } search{*this, UprightLine(p, direction), {}};
-  visit(
-      boxes_, levels_, [&](const Box3& box) { return line_to_box(p, direction, box); }, search);
+  const auto bound = [&](std::size_t node) {
+    const double plain = line_to_box(p, direction, boxes_[node]);
+    if constexpr (turned)
+      if (search.wants(plain) && turned_of_[node] != no_index) {
+        const TurnedBox::Line line = turned_[turned_of_[node]].turned(p, direction);
+        return std::max(plain, line_to_box(line.p, line.direction, line.box));
+      }
+    return plain;
+  };
+  visit(levels_, bound, search);
   return search.best;
+}
+
+Crossing SurfaceTree::cross(const Point3& p, const Point3& direction) const {
+  return turned_.empty() ? search_crossing<false>(p, direction) : search_crossing<true>(p, direction);
 }
 
 }  // namespace isopach

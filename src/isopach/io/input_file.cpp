@@ -3,7 +3,6 @@
 #include <fcntl.h>
 #include <fmt/format.h>
 #include <poll.h>
-#include <sys/resource.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -11,11 +10,10 @@
 #include <cerrno>
 #include <cstdlib>
 #include <cstring>
-#include <fstream>
-#include <limits>
 #include <new>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/memory.hpp"
 
 namespace isopach {
 namespace {
@@ -30,27 +28,6 @@ std::uint64_t limit = 0;  // of the process: see set_max_input
   if (error == ENOENT || error == ENOTDIR) throw InputError(fmt::format("{}: no such file: check the path", path));
   if (error == EACCES) throw InputError(fmt::format("{}: may not be read: check its permissions", path));
   throw InputError(fmt::format("{}: cannot be opened ({}): check the path", path, std::strerror(error)));
-}
-
-// The memory of the machine, of the control group and of the process: the least of them.
-std::uint64_t usable_memory() {
-  std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
-  const long pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
-  if (pages > 0 && page > 0) least = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
-  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
-    std::uint64_t group = 0;  // "max" where there is none
-    if (std::ifstream(path) >> group) least = std::min(least, group);
-  }
-  rlimit address{};
-  if (::getrlimit(RLIMIT_AS, &address) == 0 && address.rlim_cur != RLIM_INFINITY)
-    least = std::min<std::uint64_t>(least, address.rlim_cur);
-  return least;
-}
-
-std::string in_words(std::uint64_t bytes) {
-  const auto value = static_cast<double>(bytes);
-  if (value >= 1e9) return fmt::format("{:.3g} GB", value / 1e9);
-  return value >= 1e6 ? fmt::format("{:.3g} MB", value / 1e6) : fmt::format("{} bytes", bytes);
 }
 
 }  // namespace
@@ -106,7 +83,7 @@ void InputFile::refuse_larger() const {
   throw InputError(
       fmt::format("{}: more than {}, the limit of @max-input (by default half of the memory): thin or crop it, or "
                   "raise the limit",
-                  path_, in_words(max_input())));
+                  path_, bytes_in_words(max_input())));
 }
 
 void InputFile::grow(std::uint64_t size) {

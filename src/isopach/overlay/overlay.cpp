@@ -12,6 +12,7 @@ namespace isopach {
 namespace {
 
 constexpr std::size_t block = 1 << 12;
+constexpr Index hub_degree = 32;  // a node with more triangles is a hub
 
 unsigned is_negative(double x) { return static_cast<unsigned>(std::bit_cast<std::uint64_t>(x) >> 63); }
 
@@ -134,7 +135,9 @@ class Overlay::Flood {
     for (unsigned k = 0; k < 3; ++k) dx_[k] = p_[next3(k)].x - p_[k].x, dy_[k] = p_[next3(k)].y - p_[k].y;
   }
 
-  void run(Index start) {
+  void run(const Entry& entry_of_t) {
+    const Index start = entry_of_t.inner;
+    past_corners_ = !entry_of_t.covers;
     b_.found.clear();
     b_.cells.clear();
     (void)b_.found.add(start);
@@ -192,6 +195,17 @@ class Overlay::Flood {
     return e;
   }
 
+  // Whether an edge that meets the triangle does so at one of its corners alone, before the shift: an end lies on the
+  // corner, and the other beyond a side at it. Of an edge along such a side both ends lie on the same side of it.
+  static bool ends_at_corner(const NodeView& a, const NodeView& b) {
+    for (unsigned k = 0; k < 3; ++k) {
+      const unsigned sides_at_it = 1u << k | 1u << (k == 0 ? 2 : k - 1);
+      if (a.x[k] == 0 && a.y[k] == 0) return (b.out & sides_at_it) != 0;
+      if (b.x[k] == 0 && b.y[k] == 0) return (a.out & sides_at_it) != 0;
+    }
+    return false;
+  }
+
   static EdgeView reversed(const EdgeView& e) {
     return {e.meets, ~e.right & 7u, e.crossed, {-e.side[0], -e.side[1], -e.side[2]}};
   }
@@ -204,6 +218,7 @@ class Overlay::Flood {
     Index side = first_;
     for (unsigned k = 0; k < 3; ++k, side = next_side(side)) {
       if (k == known || !edge_[k].meets) continue;
+      if (!past_corners_ && ends_at_corner(node_[k], node_[next3(k)])) continue;
       const Index next = triangle_of(twins[side]);
       if (i_.t.is_ghost(next) || !b_.found.add(next)) continue;
       Seen& seen = b_.open.emplace_back();
@@ -310,6 +325,7 @@ class Overlay::Flood {
   bool exchanged_;
   Scratch::Buffers& b_;
   Index t_;
+  bool past_corners_ = true;  // also across edges that touch the triangle at a corner alone
   Index at_ = 0, first_ = 0;  // the inner triangle, and its side that node_ and edge_ begin with
   Index v_[3];
   Point2 p_[3];
@@ -372,6 +388,13 @@ Array<Index> shifted_locations(const OverlayMesh& m, const OverlayMesh& other, b
   return found;
 }
 
+// Whether the ray from the tip through p is in the angle from a (included) to b (not), which is less than 180°.
+bool is_in_angle(const Point2& tip, const Point2& a, const Point2& b, const Point2& p) {
+  const int after = orientation(tip, a, p);
+  if (after == 0) return (a.x - tip.x) * (p.x - tip.x) >= 0 && (a.y - tip.y) * (p.y - tip.y) >= 0;
+  return after > 0 && orientation(tip, p, b) > 0;
+}
+
 // Ghosts whose hull edge reaches into a box.
 std::vector<Index> ghosts_near(const Triangulation& t, std::span<const Point2> xy, const Box2& box) {
   std::vector<Index> near;
@@ -401,7 +424,72 @@ Overlay::Overlay(const OverlayMesh& m1, const OverlayMesh& m2, const Context& co
     return;
   }
   start_ = shifted_locations(outer_, inner_, true);
+  find_hubs();
   find_late();
+}
+
+void Overlay::find_hubs() {
+  const auto& kind = outer_.in_other.kind;
+  if (std::find(kind.begin(), kind.end(), Location::Kind::node) == kind.end()) return;
+  degree_.resize(inner_.t.nodes);
+  std::fill(degree_.begin(), degree_.end(), Index{0});
+  for (Index t = 0; t < inner_.t.real; ++t)
+    for (const Index v : inner_.t.triangles[t].v) ++degree_[v];
+  bool any = false;
+  for (std::size_t i = 0; i < kind.size() && !any; ++i)
+    any = kind[i] == Location::Kind::node && degree_[outer_.in_other.id[i]] > hub_degree;
+  if (any)
+    at_node_ = triangle_of_nodes(inner_.t);
+  else
+    degree_ = {};
+}
+
+// Round the inner node on outer node v of t, its k-th corner: the first triangle whose corner there overlaps t's.
+Index Overlay::first_in_corner(Index t, unsigned k) const {
+  const auto& v = outer_.t.triangles[t].v;
+  const Index node = outer_.in_other.id[v[k]];
+  const Point2 &tip = outer_.xy[v[k]], &from = outer_.xy[v[next3(k)]], &to = outer_.xy[v[next3(next3(k))]];
+  const auto& triangles = inner_.t.triangles;
+  const Index s = at_node_[node];
+  Index side = 0;
+  while (triangles[s].v[side] != node) ++side;
+  const HalfEdge first = half_edge(s, side);
+  HalfEdge h = first;
+  do {
+    const Triangle& inner = triangles[triangle_of(h)];
+    if (!inner_.t.is_ghost(triangle_of(h))) {
+      const Point2 &a = inner_.xy[inner.v[next_side(side_of(h))]], &b = inner_.xy[inner.v[previous_side(side_of(h))]];
+      // Two angles overlap if the first leg of one is in the other.
+      if (is_in_angle(tip, from, to, a) || is_in_angle(tip, a, b, from)) return triangle_of(h);
+    }
+    h = inner_.t.next_leaving(h);
+  } while (h != first);
+  return no_index;
+}
+
+// Where both meshes have a hub at one place, every triangle of one touches every one of the other there: as many cells
+// without area as pairs. Then the flood starts in a triangle that is known to cover a part of t, and leaves out edges
+// that end at a corner of t: those across which it goes on still connect all parts of t that have an area.
+Overlay::Entry Overlay::entry(std::size_t item) const {
+  const Index t = outer_of(item);
+  return entry(t, item < outer_.t.real ? start_of(t) : late_[item - outer_.t.real].inner);
+}
+
+Overlay::Entry Overlay::entry(Index t, Index start) const {
+  if (degree_.empty() || start == no_index) return {start, false};
+  unsigned least = 3;
+  bool hub = false;
+  for (unsigned k = 0; k < 3; ++k) {
+    const Location at = outer_.in_other[outer_.t.triangles[t].v[k]];
+    if (at.kind != Location::Kind::node) continue;
+    hub = hub || degree_[at.id] > hub_degree;
+    if (least == 3 || degree_[at.id] < degree_[outer_.in_other.id[outer_.t.triangles[t].v[least]]]) least = k;
+  }
+  if (!hub) return {start, false};
+  for (unsigned k = 0; k < 3; ++k)
+    if (const Location at = outer_.in_other[outer_.t.triangles[t].v[k]]; at.kind == Location::Kind::triangle)
+      return {at.id, true};
+  return {first_in_corner(t, least), true};
 }
 
 double Overlay::bound_of_difference() const {
@@ -409,6 +497,22 @@ double Overlay::bound_of_difference() const {
   const auto [low, high] = std::minmax_element(outer_.z.begin(), outer_.z.end());
   const auto [low_inner, high_inner] = std::minmax_element(inner_.z.begin(), inner_.z.end());
   return std::max(*high - *low_inner, *high_inner - *low);
+}
+
+double Overlay::estimated_cells(const Context& context) const {
+  constexpr std::size_t most_items = 1024, enough_cells = 2'000'000;
+  constexpr double golden = 0.6180339887498949;  // its multiples, less whole numbers, lie evenly however many there are
+  const std::size_t n = items();
+  Scratch scratch;
+  std::size_t counted = 0, cells_of_them = 0;
+  for (; counted < std::min(n, most_items) && cells_of_them < enough_cells; ++counted) {
+    context.check();
+    const double place = golden * static_cast<double>(counted);
+    const auto item = static_cast<std::size_t>((place - std::floor(place)) * static_cast<double>(n));
+    cells_of_them += cells(n <= most_items ? counted : item, scratch).size();
+  }
+  if (counted == 0) return 0;
+  return static_cast<double>(cells_of_them) / static_cast<double>(counted) * static_cast<double>(n);
 }
 
 bool Overlay::has_node_inside(Index t) const { return start_of(t) != no_index; }
@@ -443,7 +547,9 @@ void Overlay::find_late() {
 
 // Where a triangle's cells touch a side behind which a triangle without a node inside lies.
 void Overlay::spread(const Start& from, Scratch& scratch, std::vector<Start>& next) const {
-  Flood(*this, scratch, from.outer).run(from.inner);
+  // A triangle that the other mesh only touches leads on through its cells without area.
+  const Entry covered = entry(from.outer, from.inner);
+  Flood(*this, scratch, from.outer).run(covered.inner == no_index ? Entry{from.inner, false} : covered);
   unsigned open = 0;
   const auto& sides = outer_.t.triangles[from.outer].n;
   for (unsigned k = 0; k < 3; ++k) {
@@ -499,10 +605,10 @@ std::vector<Overlay::Start> Overlay::without_nodes_inside() const {
 }
 
 std::span<const OverlayCell> Overlay::cells(std::size_t item, Scratch& scratch) const {
-  const bool late = item >= outer_.t.real;
   const Index t = outer_of(item);
-  const Index start = late ? late_[item - outer_.t.real].inner : start_of(t);
-  if (start == no_index || (!outer_.kept.empty() && outer_.kept[t] == 0)) return {};
+  if (!outer_.kept.empty() && outer_.kept[t] == 0) return {};
+  const Entry start = entry(item);
+  if (start.inner == no_index) return {};
   Flood(*this, scratch, t).run(start);
   Array<OverlayCell>& cells = scratch.buffers_->cells;
   if (!inner_.kept.empty())

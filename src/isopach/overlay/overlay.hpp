@@ -73,6 +73,11 @@ class Overlay {
   /// A number that |z2 − z1| exceeds nowhere, from the ranges of both surfaces' heights. Cost O(nodes).
   [[nodiscard]] double bound_of_difference() const;
 
+  /// About how many cells there are, from those of some hundred items spread evenly: exact for few items, else within
+  /// some per cent where it is large. Long triangles that cross one another have up to all pairs. Cost: that of the
+  /// cells counted, at most some millions.
+  [[nodiscard]] double estimated_cells(const Context& context) const;
+
   class Scratch;
 
   /// The cells of an item, in an order that depends on the meshes alone; valid until `scratch` is used again. Cells in
@@ -90,6 +95,12 @@ class Overlay {
   struct Start {
     Index outer, inner;  // triangles with a common interior
   };
+  // The inner triangle that a flood starts from, no_index: none; whether the two have a common area for certain, also
+  // without the shift.
+  struct Entry {
+    Index inner;
+    bool covers;
+  };
   class Flood;
 
   [[nodiscard]] Index outer_of(std::size_t item) const {
@@ -97,6 +108,10 @@ class Overlay {
   }
   [[nodiscard]] bool has_node_inside(Index outer_triangle) const;
   [[nodiscard]] Index start_of(Index outer_triangle) const;
+  [[nodiscard]] Entry entry(std::size_t item) const;
+  [[nodiscard]] Entry entry(Index outer_triangle, Index start) const;
+  [[nodiscard]] Index first_in_corner(Index outer_triangle, unsigned corner) const;
+  void find_hubs();
   void find_late();
   void spread(const Start& from, Scratch& scratch, std::vector<Start>& next) const;
   [[nodiscard]] std::vector<Start> at_the_rim() const;
@@ -106,6 +121,8 @@ class Overlay {
   OverlayMesh outer_, inner_;
   Array<Index> start_;       // per outer node the inner triangle it lies in, or no_index
   std::vector<Start> late_;  // outer triangles without a node in the inner hull
+  // Per inner node its triangles' number and one of them; empty where no hub lies on a node of the outer mesh.
+  Array<Index> degree_, at_node_;
 };
 
 /// Buffers for one block of items.

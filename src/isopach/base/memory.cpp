@@ -1,0 +1,33 @@
+#include "isopach/base/memory.hpp"
+
+#include <fmt/format.h>
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+#include <limits>
+
+namespace isopach {
+
+std::uint64_t usable_memory() {
+  std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
+  const long pages = ::sysconf(_SC_PHYS_PAGES), page = ::sysconf(_SC_PAGESIZE);
+  if (pages > 0 && page > 0) least = static_cast<std::uint64_t>(pages) * static_cast<std::uint64_t>(page);
+  for (const char* path : {"/sys/fs/cgroup/memory.max", "/sys/fs/cgroup/memory/memory.limit_in_bytes"}) {
+    std::uint64_t group = 0;  // "max" where there is none
+    if (std::ifstream(path) >> group) least = std::min(least, group);
+  }
+  rlimit address{};
+  if (::getrlimit(RLIMIT_AS, &address) == 0 && address.rlim_cur != RLIM_INFINITY)
+    least = std::min<std::uint64_t>(least, address.rlim_cur);
+  return least;
+}
+
+std::string bytes_in_words(std::uint64_t bytes) {
+  const auto value = static_cast<double>(bytes);
+  if (value >= 1e9) return fmt::format("{:.3g} GB", value / 1e9);
+  return value >= 1e6 ? fmt::format("{:.3g} MB", value / 1e6) : fmt::format("{} bytes", bytes);
+}
+
+}  // namespace isopach
