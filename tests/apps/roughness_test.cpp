@@ -240,6 +240,7 @@ TEST(Roughness, RefusesWhatMakesNoSense) {
   refused("@s-filter", [](RoughnessOptions& o) { o.s_filter = 0.01; });
   refused("@l-filter", [](RoughnessOptions& o) { o.l_filter = 0.1; });
   refused("@l-filter", [](RoughnessOptions& o) { o.l_filter = std::nan(""); });
+  refused("@l-filter", [](RoughnessOptions& o) { o.l_filter = 1e304; });
   refused("@margin", [](RoughnessOptions& o) { o.margin = 30; });
   refused("@degree", [](RoughnessOptions& o) { o.form = FormKind::polynomial, o.degree = 9; });
   refused("@filter-degree", [](RoughnessOptions& o) { o.filter_degree = 2; });

@@ -21,7 +21,7 @@ Scans decode_scans(fuzz::Input& in, CombineOptions& options) {
     return scans;
   }
   FaceAndJawOptions simulated;
-  simulated.points = 1000 + in.byte();
+  simulated.points = 3000 + in.byte();  // fewer do not hold the object
   simulated.noise = in.byte() / 256.0;
   simulated.held = in.below(8) != 7;
   FaceAndJaw made = make_face_and_jaw(simulated, 1);

@@ -61,7 +61,7 @@ void damage(fuzz::Input& in, std::string& laz) {
   change_counts(in, laz);
   const std::size_t begin = get_le<std::uint32_t>(laz.data() + 96), size = laz.size();
   for (std::size_t n = in.below(6); n > 0; --n) {
-    const std::size_t at = begin + (256u * in.byte() + in.byte()) % (size - begin);
+    const std::size_t high = in.byte(), at = begin + (256 * high + in.byte()) % (size - begin);
     laz[at] = static_cast<char>(laz[at] ^ in.byte());
   }
   if (in.below(8) == 7) laz.resize(size - in.byte() % (size - begin));

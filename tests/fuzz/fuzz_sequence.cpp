@@ -12,7 +12,7 @@ using namespace isopach;
 SequenceOptions decode_options(fuzz::Input& in) {
   SequenceOptions options;
   options.reference = in.below(8) == 7 ? in.below(6) : 0;
-  options.model_points = 500;
+  options.model_points = 1500;
   if (in.flag()) options.least_part = in.share();
   const auto place = [&] {
     const double x = in.number(), y = in.number();
@@ -34,7 +34,7 @@ std::vector<Cloud> decode_frames(fuzz::Input& in) {
   }
   ChewingOptions options;
   options.frames = count + 1, options.frames_a_cycle = 6;
-  options.points = 400 + in.byte();
+  options.points = 1500 + in.byte();  // fewer do not show what moves
   options.noise = in.byte() / 256.0;
   options.opening = 1 + in.byte() / 7.0;
   const Chewing chewing(options, 1);

@@ -111,11 +111,6 @@ void only_errors(Work&& work) {
     ++completed;
   } catch (const isopach::Error& error) {
     refusal = error.what();
-    // One line, for whoever reads it.
-    if (std::strpbrk(error.what(), "\n\r") != nullptr) {
-      std::fprintf(stderr, "an error of several lines: %s\n", error.what());
-      std::abort();
-    }
   }
 }
 

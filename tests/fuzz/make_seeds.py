@@ -215,7 +215,7 @@ def scans(direction=0, duplicates=0, pose_bytes=(0,), border=0, folds=0):
     return [direction, duplicates, 0, 0, *pose_bytes, border, folds, 0, 0, 0, 0]
 
 
-def comparison(scan_bytes=None, surface=0, measure=(0,), interpolation=0, domain=0, keep=0, locate=0, area=(0,), weight=(0,), uncertainty=(0,),
+def comparison(scan_bytes=None, surface=0, measure=(0,), interpolation=0, domain=0, keep=0, locate=0, area=(0,), weight=(0,), uncertainty=(0,) * 7,
                percentiles=(0,), floor=0):
     return [*(scan_bytes or scans()), surface, *measure, interpolation, domain, keep, locate, *area, *weight, *uncertainty, *percentiles, floor, 0]
 
@@ -230,15 +230,18 @@ def compare():
     two = [*a, 0, *b]
     square = [0, 0, 65, 65, 0, 1, *(v for x, y in ((8, 8), (96, 8), (96, 96), (8, 96)) for v in (1, x, y))]
     yield "valid-plain", two
-    yield "valid-overlay", [*two, *comparison(surface=2, keep=1, domain=1)]
-    yield "valid-cubic", [*two, *comparison(interpolation=1, floor=1)]
+    yield "valid-overlay", [*two, *comparison(surface=2, keep=1)]
+    yield "valid-cubic", [*two, *comparison(interpolation=1)]
+    yield "valid-floor", [*two, *comparison(floor=1)]
     yield "valid-currents", [*two, *comparison(measure=(2, 0, 0), locate=1)]
     yield "valid-polygon", [*two, *comparison(area=(32, *square), locate=2)]
     yield "valid-noise", [*two, *comparison(uncertainty=(2, 1, 1, 3, 1, 1, 3, 0, 0, 31, 0))]
     yield "valid-weight", [*two, *comparison(weight=(2, 15, 1))]
     yield "valid-fit", [*two, *comparison(scans(direction=5, duplicates=3, pose_bytes=(2, 3), border=1, folds=1))]
+    yield "valid-hull", [*two, *comparison(domain=1)]
     yield "valid-same", [*grid(5, 5), 7]
     yield "valid-grids", [*grid(6, 6), 0, *grid(8, 4, list(range(32)))]
+    yield "valid-tiny-heights", [*hills(1)[:9], 7, 0, 0, 0, *hills(2)[:9], 7, 0, 0]
     yield "tiny", [*hills(1, factor=6), 0, *hills(2, factor=6)]
     yield "denormal", [*hills(1, factor=7), 0, *hills(2, factor=7)]
     yield "huge", [*hills(1, factor=9), 0, *hills(2, factor=9)]

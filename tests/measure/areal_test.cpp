@@ -92,6 +92,24 @@ TEST(Areal, IsTheIntegralOverEveryTriangle) {
   }
 }
 
+TEST(Areal, HeightsOfAnySizeHaveTheSameShape) {
+  const auto with = [](int exponent) {
+    test::Random random(4);
+    const Mesh m = mesh_of(scaled(test::uniform(60, 2), 5, 3),
+                           [&](const Point2&) { return std::ldexp(random.uniform(-1, 2), exponent); });
+    return areal_parameters(surface_of(m, 1), {});
+  };
+  const ArealParameters plain = with(0);
+  for (const int exponent : {-900, -400, -1, 200, 500}) {
+    const ArealParameters p = with(exponent);
+    EXPECT_EQ(p.ssk, plain.ssk) << exponent;
+    EXPECT_EQ(p.sku, plain.sku) << exponent;
+    EXPECT_EQ(p.sq, std::ldexp(plain.sq, exponent)) << exponent;
+    EXPECT_EQ(p.sa, std::ldexp(plain.sa, exponent)) << exponent;
+    EXPECT_EQ(p.sq_points, std::ldexp(plain.sq_points, exponent)) << exponent;
+  }
+}
+
 TEST(Areal, FlatSurfacesAndNoneAreZeros) {
   const Mesh m = mesh_of(scaled(test::uniform(60, 2), 5, 3), [](const Point2&) { return 7.0; });
   const ArealParameters p = areal_parameters(surface_of(m, 3), {});

@@ -59,6 +59,20 @@ TEST(SplitVolume, KeepsItsRelativeAccuracyInTheSmallestCorner) {
   }
 }
 
+TEST(SplitVolume, OfHeightsOfAnySizeIsTheSamePart) {
+  for (const std::array<double, 3>& d : {std::array{1.0, -2.0, -3.0}, {0.5, 2.0, -1.0}, {1e-9, -1.0, -1e-9}})
+    for (const int exponent : {-900, -700, -400, 300}) {
+      const auto resized = [&](double v) { return std::ldexp(v, exponent); };
+      const isopach::Parts expected = split_volume({0.5, d});
+      const isopach::Parts found = split_volume({0.5, {resized(d[0]), resized(d[1]), resized(d[2])}});
+      EXPECT_NEAR(found.above, resized(expected.above), 1e-14 * resized(expected.above)) << exponent;
+      EXPECT_NEAR(found.below, resized(expected.below), 1e-14 * resized(expected.below)) << exponent;
+    }
+  const isopach::Parts mixed = split_volume({3, {4.9e-324, -4.9e-324, -1}});
+  EXPECT_EQ(mixed.above, 0);
+  EXPECT_DOUBLE_EQ(mixed.below, 1);
+}
+
 TEST(SplitVolume, OfZeroIsZero) {
   const isopach::Parts zero = split_volume({7, {0, 0, 0}});
   EXPECT_EQ(zero.above, 0);

@@ -3,6 +3,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numeric>
 
@@ -94,6 +95,19 @@ TEST(Wrinkles, PitsAndShortOrShallowValleysAreNone) {
   EXPECT_EQ(s.find({0.05, 9}).all.size(), 0u);
   EXPECT_EQ(s.find({0.5, 1}).all.size(), 0u);
   EXPECT_EQ(s.find({0.5, 1}).pits, 0u);
+}
+
+TEST(Wrinkles, ASpikeOfNoDataTakesNoMemoryForItsLength) {
+  const Bump groove{{10, 5}, -0.5, 8, 0.6, {1, 0}, 0, 0};
+  for (const double depth : {1e12, 3.4028234663852886e38}) {  // of a raster that was written as points
+    Skin s = skin(2000, 5, 0, [&](const Point2& p) { return groove.at(p.x, p.y); });
+    const auto deepest =
+        static_cast<std::size_t>(std::min_element(s.relief.begin(), s.relief.end()) - s.relief.begin());
+    s.z[deepest] = s.relief[deepest] = -depth;
+    const Wrinkles w = s.find({0.05, 1});
+    EXPECT_EQ(w.all.size() + w.pits + w.at_rim + w.steep, 1u);
+    for (const Wrinkle& one : w.all) EXPECT_LE(one.part.size(), 64 * one.nodes.size());
+  }
 }
 
 TEST(Wrinkles, DefaultLimitsComeFromTheNoiseAndTheSpacing) {

@@ -49,21 +49,31 @@ Level level_of(const TriangleSurface& s, double from) {
       [](Level& total, const Level& part) { total.area.add(part.area), total.volume.add(part.volume); });
 }
 
+/// The power of two that brings heights near 1, so that their powers are neither lost nor infinite; it rounds nothing.
+double power_for(const TriangleSurface& s, double mean) {
+  constexpr int most = 1000;
+  double largest = 0;
+  for (const auto& v : s.triangles)
+    for (const Index node : v) largest = std::max(largest, std::fabs(s.z[node] - mean));
+  return largest > 0 ? std::ldexp(1.0, -std::clamp(std::ilogb(largest), -most, most)) : 1;
+}
+
+/// Sums of powers of heights times a power of two; slopes are those of the heights.
 struct Moments {
   Sum size, second, third, fourth, slope, excess;
   double high = -std::numeric_limits<double>::infinity(), low = std::numeric_limits<double>::infinity();
 };
 
-void add(Moments& m, const Corners& c, double mean) {
-  const double a = c.z[0] - mean, b = c.z[1] - mean, d = c.z[2] - mean;
+void add(Moments& m, const Corners& c, double mean, double power) {
+  const double a = (c.z[0] - mean) * power, b = (c.z[1] - mean) * power, d = (c.z[2] - mean) * power;
   const Parts parts = split_volume({c.area, {a, b, d}});
   m.size.add(parts.above + parts.below);
   // h_k by rows: h_k(a, b, d) = h_k(a, b) + d h_{k−1}(a, b, d)
   const double ab1 = a + b, ab2 = a * a + b * ab1, ab3 = a * a * a + b * ab2, ab4 = a * a * a * a + b * ab3;
   const double h1 = ab1 + d, h2 = ab2 + d * h1, h3 = ab3 + d * h2, h4 = ab4 + d * h3;
   m.second.add(c.area / 6 * h2), m.third.add(c.area / 10 * h3), m.fourth.add(c.area / 15 * h4);
-  const double ux = c.p[1].x - c.p[0].x, uy = c.p[1].y - c.p[0].y, uz = b - a;
-  const double vx = c.p[2].x - c.p[0].x, vy = c.p[2].y - c.p[0].y, vz = d - a;
+  const double ux = c.p[1].x - c.p[0].x, uy = c.p[1].y - c.p[0].y, uz = (b - a) / power;
+  const double vx = c.p[2].x - c.p[0].x, vy = c.p[2].y - c.p[0].y, vz = (d - a) / power;
   const double gx = (uz * vy - vz * uy) / (2 * c.area), gy = (vz * ux - uz * vx) / (2 * c.area);
   const double slope2 = gx * gx + gy * gy;
   if (std::isfinite(slope2)) {
@@ -72,14 +82,14 @@ void add(Moments& m, const Corners& c, double mean) {
   }
 }
 
-Moments moments_of(const TriangleSurface& s, double mean) {
+Moments moments_of(const TriangleSurface& s, double mean, double power) {
   return reduce_blocks<Moments>(
       s.triangles.size(), block,
       [&](std::size_t begin, std::size_t end) {
         Moments part;
         for (std::size_t i = begin; i < end; ++i) {
           const Corners c = corners(s, i);
-          if (c.area > 0) add(part, c, mean);  // without area but for rounding
+          if (c.area > 0) add(part, c, mean, power);  // without area but for rounding
           for (unsigned k = 0; k < 3; ++k)
             if (s.triangles[i][k] < s.measured)
               part.high = std::max(part.high, c.z[k] - mean), part.low = std::min(part.low, c.z[k] - mean);
@@ -94,7 +104,7 @@ Moments moments_of(const TriangleSurface& s, double mean) {
 }
 
 /// In the order of the nodes: the same bits whatever the triangles' order.
-double root_mean_square_of_nodes(const TriangleSurface& s, double from) {
+double root_mean_square_of_nodes(const TriangleSurface& s, double from, double power) {
   std::vector<unsigned char> used(s.measured, 0);
   for (const auto& v : s.triangles)
     for (const Index node : v)
@@ -106,8 +116,8 @@ double root_mean_square_of_nodes(const TriangleSurface& s, double from) {
   if (nodes == 0) return 0;
   const double mean = sum.value() / nodes;
   for (std::size_t i = 0; i < used.size(); ++i)
-    if (used[i] != 0) squares.add((s.z[i] - from - mean) * (s.z[i] - from - mean));
-  return std::sqrt(squares.value() / nodes);
+    if (used[i] != 0) squares.add((s.z[i] - from - mean) * power * ((s.z[i] - from - mean) * power));
+  return std::sqrt(squares.value() / nodes) / power;
 }
 
 /// Where the corners of a cut triangle are: the three old ones, then along each side, then inside row by row.
@@ -165,17 +175,19 @@ ArealParameters areal_parameters(const TriangleSurface& s, const Context& contex
   p.area = level.area.value();
   if (!(p.area > 0)) return p;
   p.mean = from + level.volume.value() / p.area;
-  const Moments m = moments_of(s, p.mean);
-  p.sa = m.size.value() / p.area;
-  p.sq = std::sqrt(m.second.value() / p.area);
+  const double power = power_for(s, p.mean);
+  const Moments m = moments_of(s, p.mean, power);
+  p.sa = m.size.value() / p.area / power;
+  const double sq = std::sqrt(m.second.value() / p.area);
+  p.sq = sq / power;
   p.sp = std::max(m.high, 0.0), p.sv = std::max(-m.low, 0.0), p.sz = p.sp + p.sv;
-  if (p.sq > 0) {
-    p.ssk = m.third.value() / p.area / (p.sq * p.sq * p.sq);
-    p.sku = m.fourth.value() / p.area / (p.sq * p.sq * p.sq * p.sq);
+  if (sq > 0) {
+    p.ssk = m.third.value() / p.area / (sq * sq * sq);
+    p.sku = m.fourth.value() / p.area / (sq * sq * sq * sq);
   }
   p.sdr = m.excess.value() / p.area;
   p.sdq = std::sqrt(m.slope.value() / p.area);
-  p.sq_points = root_mean_square_of_nodes(s, p.mean);
+  p.sq_points = root_mean_square_of_nodes(s, p.mean, power);
   return p;
 }
 

@@ -20,6 +20,7 @@ constexpr double default_length = 10;  // spacings
 constexpr double slender = 3;          // least length ÷ width
 constexpr double stretch = 3;          // spacings a stretch of the line
 constexpr std::size_t least_nodes = 3;
+constexpr double most_stretches = 64;  // of the line, a node: a spike of 1e38 makes no more of them than that
 
 class Valleys {
  public:
@@ -147,7 +148,8 @@ class Valleys {
     const std::vector<double> d = distances(w, one);
     const Index other = farthest(w, d);
     const double reach = d[place_[other]];
-    const auto count = static_cast<std::size_t>(std::max(1.0, std::floor(reach / step)));
+    const double most = most_stretches * static_cast<double>(w.nodes.size());
+    const auto count = static_cast<std::size_t>(std::clamp(std::floor(reach / step), 1.0, most));
     std::vector<Middle> middle(count);
     w.step.resize(w.nodes.size());
     for (std::size_t k = 0; k < w.nodes.size(); ++k) {

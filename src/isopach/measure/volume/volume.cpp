@@ -20,6 +20,11 @@ constexpr std::size_t block = 1 << 14;
 // One corner of value c > 0, the others at −a ≤ −b < 0: the part above is a pyramid over the corner, the part below the
 // rest, both written as sums of positive terms.
 Parts corner_above(double area, double c, double a, double b) {
+  constexpr double least_cubed = 1e-90, least_product = 1e-180;
+  if (c < least_cubed || (c + a) * (c + b) < least_product) {  // the same by shares of sides: products would be lost
+    const double first = a / (c + a), second = b / (c + b);
+    return {area / 3 * c * (c / (c + a)) * (c / (c + b)), area / 3 * (first * (a + b) + c / (c + a) * second * b)};
+  }
   const double scale = area / (3 * (c + a) * (c + b));
   return {scale * c * c * c, scale * (c * (a * a + a * b + b * b) + a * b * (a + b))};
 }
