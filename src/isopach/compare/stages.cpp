@@ -431,7 +431,7 @@ namespace {
 
 // Says, before it begins, where the overlay is out of proportion to the scans, and refuses what memory does not hold.
 void announce_size(const Overlay& overlay, Comparison& c, const Context& context) {
-  constexpr double many = 1e7, many_a_node = 100;
+  constexpr double many = 3e6, many_a_node = 100;
   constexpr double bytes_a_cell = 250;  // of the overlay as one mesh, while it is made
   const double cells = overlay.estimated_cells(context);
   const double memory = bytes_a_cell * cells;

@@ -97,6 +97,28 @@ double squared_spacing(const Triangulation& t, const Array<double>& third2, Half
   return std::min(third2[t.origin(leaving)], second);
 }
 
+/// Squared spacings of the nodes asked for last: a node of many triangles is asked for by each of them, one soon after
+/// the other, and its spacing takes a look at all.
+class Spacings {
+ public:
+  Spacings(const Triangulation& t, const Array<double>& third2) : t_(t), third2_(third2) { known_.fill({no_index, 0}); }
+  [[nodiscard]] double at(HalfEdge leaving) {
+    const Index node = t_.origin(leaving);
+    Known& known = known_[node % known_.size()];
+    if (known.node != node) known = {node, squared_spacing(t_, third2_, leaving)};
+    return known.spacing2;
+  }
+
+ private:
+  struct Known {
+    Index node;
+    double spacing2;
+  };
+  const Triangulation& t_;
+  const Array<double>& third2_;
+  std::array<Known, 64> known_;
+};
+
 /// abc / 4A: the area of a thin triangle exactly, before it is rounded.
 double circumradius(const Triangle& t, std::span<const Point2> xy) {
   const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
@@ -115,6 +137,7 @@ void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned cha
   std::vector<Index> front =
       gather_blocks<std::vector<Index>>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
         std::vector<Index> seeds;
+        Spacings spacings(t, third2);
         for (std::size_t i = begin; i < end; ++i) {
           const Triangle& triangle = t.triangles[i];
           const double length2 = longest_edge2(triangle, xy);
@@ -123,8 +146,7 @@ void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned cha
           mark[i] = kept;
           if (length2 <= rim_stretch * rim_stretch * least) continue;
           double s2 = 0;
-          for (Index k = 0; k < 3; ++k)
-            s2 = std::max(s2, squared_spacing(t, third2, half_edge(static_cast<Index>(i), k)));
+          for (Index k = 0; k < 3; ++k) s2 = std::max(s2, spacings.at(half_edge(static_cast<Index>(i), k)));
           if (length2 <= rim_stretch * rim_stretch * s2) continue;
           mark[i] = stretched;
           const bool at_hull =

@@ -467,6 +467,19 @@ Index Overlay::first_in_corner(Index t, unsigned k) const {
   return no_index;
 }
 
+// Of the two inner triangles at an edge that the k-th corner of t lies on, one whose side of it t's corner reaches
+// into.
+Index Overlay::beside_edge(Index t, unsigned k, HalfEdge edge) const {
+  const auto& v = outer_.t.triangles[t].v;
+  for (const HalfEdge h : {edge, inner_.t.twin(edge)}) {
+    if (inner_.t.is_ghost(triangle_of(h))) continue;
+    const Point2 &a = inner_.xy[inner_.t.origin(h)], &b = inner_.xy[inner_.t.target(h)];
+    if (orientation(a, b, outer_.xy[v[next3(k)]]) > 0 || orientation(a, b, outer_.xy[v[next3(next3(k))]]) > 0)
+      return triangle_of(h);
+  }
+  return no_index;
+}
+
 // Where both meshes have a hub at one place, every triangle of one touches every one of the other there: as many cells
 // without area as pairs. Then the flood starts in a triangle that is known to cover a part of t, and leaves out edges
 // that end at a corner of t: those across which it goes on still connect all parts of t that have an area.
@@ -489,6 +502,8 @@ Overlay::Entry Overlay::entry(Index t, Index start) const {
   for (unsigned k = 0; k < 3; ++k)
     if (const Location at = outer_.in_other[outer_.t.triangles[t].v[k]]; at.kind == Location::Kind::triangle)
       return {at.id, true};
+    else if (at.kind == Location::Kind::edge)
+      return {beside_edge(t, k, at.id), true};
   return {first_in_corner(t, least), true};
 }
 

@@ -111,6 +111,7 @@ class Overlay {
   [[nodiscard]] Entry entry(std::size_t item) const;
   [[nodiscard]] Entry entry(Index outer_triangle, Index start) const;
   [[nodiscard]] Index first_in_corner(Index outer_triangle, unsigned corner) const;
+  [[nodiscard]] Index beside_edge(Index outer_triangle, unsigned corner, HalfEdge edge) const;
   void find_hubs();
   void find_late();
   void spread(const Start& from, Scratch& scratch, std::vector<Start>& next) const;
