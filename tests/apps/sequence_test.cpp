@@ -275,6 +275,17 @@ TEST(Sequence, FramesThatAgreeWithOneAnotherButNotWithTheReference) {
   expect_refused(reference_of_another_head(1500, 0.3), "agree with one another");
 }
 
+TEST(Sequence, PlacesFartherThanAnyScanAreRefused) {
+  const std::vector<Cloud> none(2);  // never read
+  SequenceOptions options;
+  for (const double x : {-1e308, 1e61, std::nan("")}) {
+    options.follow = Point3{0, x, 0}, options.static_at.reset();
+    EXPECT_THROW((void)sequence(source_of(none), options, {}), UsageError) << x;
+    options.static_at = options.follow, options.follow.reset();
+    EXPECT_THROW((void)sequence(source_of(none), options, {}), UsageError) << x;
+  }
+}
+
 /// The same noise and number of points, and the reference is one of them.
 TEST(Sequence, NoisyFramesOfOneObjectAreTaken) {
   std::vector<Cloud> frames;

@@ -381,7 +381,7 @@ void warn_of_swelling(const CloudView& cloud, Asymmetry& a) {
     if (!std::isfinite(a.of_point[i])) continue;
     const Point3 p = a.to_face.apply(cloud.points[i]);
     if (std::fabs(p.x) > middle * a.pose.width) continue;
-    const auto at = [&](double v) { return std::clamp(static_cast<int>(v / side), 0, squares - 1); };
+    const auto at = [&](double v) { return static_cast<int>(std::clamp(v / side, 0.0, squares - 1.0)); };
     Square& q = all[static_cast<std::size_t>(at(std::fabs(p.x)) * squares + at(p.y + squares / 2 * side))];
     q.d.add(p.x < 0 ? -a.of_point[i] : a.of_point[i]);
     q.count += 1;

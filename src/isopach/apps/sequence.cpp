@@ -36,6 +36,14 @@ void check(const FrameSource& frames, const SequenceOptions& o) {
     throw UsageError(fmt::format("@least-part: {} is not a share above 0 and below 0.5", o.least_part));
   if (!(o.smooth >= 0)) throw UsageError("@smooth: not a number of frames, 0 or more");
   if (!(o.rate >= 0)) throw UsageError("@rate: not a number of frames a second");
+  constexpr double farthest = 1e60;  // as coordinates of scans, see choose_frame: squares of it are finite doubles
+  for (const auto& [place, option] : {std::pair{&o.static_at, "@static-at"}, {&o.follow, "@follow"}}) {
+    if (!*place) continue;
+    const Point3& p = **place;
+    if (!(std::fabs(p.x) <= farthest && std::fabs(p.y) <= farthest && std::fabs(p.z) <= farthest))
+      throw UsageError(
+          fmt::format("{}: ({:.6g}, {:.6g}, {:.6g}) is farther away than any scan reaches", option, p.x, p.y, p.z));
+  }
 }
 
 /// The page's state: the model, and what two readings of the frames make of it.

@@ -26,9 +26,12 @@ struct Cube {
 };
 
 std::vector<Cube> cubes_of(std::span<const Point3> points, double side) {
+  constexpr double most = 0x1p62;  // that an integer holds: points farther away share the last cube
   std::vector<Cube> cubes(points.size());
   for (std::size_t i = 0; i < points.size(); ++i) {
-    const auto index = [&](double x) { return static_cast<std::int64_t>(std::floor(x / side)); };
+    const auto index = [&](double x) {
+      return static_cast<std::int64_t>(std::clamp(std::floor(x / side), -most, most));
+    };
     cubes[i] = {{index(points[i].x), index(points[i].y), index(points[i].z)}, static_cast<Index>(i)};
   }
   std::sort(cubes.begin(), cubes.end());
