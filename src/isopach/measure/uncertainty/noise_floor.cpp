@@ -1,12 +1,12 @@
 #include "isopach/measure/uncertainty/noise_floor.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
 #include "isopach/base/sum.hpp"
+#include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/measure/uncertainty/shrinkage.hpp"
 #include "isopach/overlay/interpolate.hpp"
@@ -21,13 +21,8 @@ constexpr std::size_t reach = 12;             // nodes to either side on the cur
 constexpr std::size_t stretch = 64;           // nodes over which the chords are freed of noise
 constexpr std::size_t enough_draws = 200000;  // numbers in all draws: the floor is a mean over them
 
-std::uint64_t mixed(std::uint64_t h, double x) {
-  h = (h ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15;  // + 0.0: −0 is 0
-  return h ^ (h >> 29);
-}
-
 // One number per node that depends on its coordinates alone.
-std::uint64_t name_of(const Point2& p, double z) { return mixed(mixed(mixed(0, p.x), p.y), z); }
+std::uint64_t name_of(const Point2& p, double z) { return hash_of(z, hash_of(p)); }
 
 // What one scan tells of itself.
 struct Relief {
