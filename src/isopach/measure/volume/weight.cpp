@@ -51,7 +51,7 @@ struct CommonParts {
       const Corner corner = cell.corner(k);
       part.v[k] = {corner.x, corner.y, corner.z1, corner.d(), weights[k]};
     }
-    const auto& v = cells.t.triangles[cell.triangle].v;
+    const std::array<Index, 3> v = cells.corners(cell.triangle);
     const auto of = [&](std::span<const double> z) {
       return slope(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]], z[v[0]], z[v[1]], z[v[2]]);
     };
