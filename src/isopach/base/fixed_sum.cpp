@@ -13,9 +13,13 @@ namespace {
 constexpr int bits_below_bound = 184, smallest_exponent = -1074;
 
 [[noreturn]] void refuse(const char* what) {
-  throw Error(ExitCode::internal,
-              std::string("a sum over cells has ") + what +
-                  ": coordinates and heights beyond 1e100 cannot be measured; use a larger unit, or report this");
+  throw Error(ExitCode::internal, std::string("an exact sum has ") + what + ": this is a defect, please report it");
+}
+
+[[noreturn]] void refuse_number() {
+  throw InputError(
+      "an area, a volume or an integral of squares is no finite number: coordinates or heights are too large, give them "
+      "in a larger unit");
 }
 
 // Of x, which is not 0, finite, and not negative: size · 2^exponent.
@@ -42,7 +46,7 @@ std::uint64_t without(std::uint64_t size, int digits) {
 FixedScale::FixedScale(std::initializer_list<double> factors) {
   int exponent = -bits_below_bound;
   for (const double factor : factors) {
-    if (!std::isfinite(factor)) refuse("a bound that is no finite number");
+    if (!std::isfinite(factor)) refuse_number();
     int of_factor = smallest_exponent;
     if (factor > 0) (void)std::frexp(factor, &of_factor);
     exponent += of_factor;
@@ -52,7 +56,7 @@ FixedScale::FixedScale(std::initializer_list<double> factors) {
 
 void FixedSum::add_rare(double x) {
   if (x == 0) return;
-  if (!std::isfinite(x)) refuse("a summand that is no finite number");
+  if (!std::isfinite(x)) refuse_number();
   if (base_ == no_base) refuse("no scale");
   const auto [size, exponent] = digits_of(std::fabs(x));
   const int shift = exponent - (static_cast<int>(base_) - to_base);

@@ -8,7 +8,7 @@
 //   Headroom. A summand is at most B in size, and rounding moves it by half a step at most. With n < 2^64 summands any
 //   partial sum is below 2^e + 2^63 · 2^(e − 184) < 2^(e + 1) in size, and the integers reach to 2^(e + 7): 64 times
 //   the bound. If the bound is kept there is no overflow; if it is not, the addition that would overflow throws
-//   instead, as does a summand that is not finite or beyond the range.
+//   instead, as does a summand that is not finite, or beyond the range by itself.
 //   Error. Summands of size 2^(e − 131) and more lie on the grid as they are: their 53 bits end at 2^(e − 184) or
 //   before. Smaller ones are off by 2^(e − 185) at most. So the sum that value() rounds, once and to the nearest
 //   double, is exact, or off by n · 2^(e − 185): with n below 2^33 less than half an ulp of any result above
@@ -27,7 +27,7 @@ namespace isopach {
 class FixedScale {
  public:
   /// For summands whose absolute values add up to at most the product of `factors`, which itself may be larger than the
-  /// largest double. Factors are 0 or more; Error (internal) for one that is not finite.
+  /// largest double. Factors are 0 or more; InputError for one that is not finite.
   explicit FixedScale(std::initializer_list<double> factors);
 
   /// A step is 2^exponent().
@@ -43,7 +43,7 @@ class FixedSum {
   FixedSum() = default;
   explicit FixedSum(const FixedScale& scale) : base_(static_cast<std::uint64_t>(scale.exponent() + to_base)) {}
 
-  /// Error (internal) for a summand or a sum beyond the range of the grid.
+  /// InputError for a summand that is not finite; Error (internal) for one, or a sum, beyond the range of the grid.
   void add(double x) {
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const std::uint64_t shift = (bits >> 52) - base_;

@@ -41,8 +41,7 @@ OverOverlay measure_overlay(const Pair& pair, const stages::AreaOfInterest& area
 void measure_common(const stages::AreaOfInterest& area, const stages::Borders& borders,
                     const stages::SmoothSurfaces& smooth, Comparison& c, const Context& context) {
   area.cut_cells(c, context);
-  CellView cells = c.cells.view();
-  cells.bounds = bounds_of(cells);
+  const CellView cells = c.cells.view();
   if (c.options.surface != Surface::overlay) {
     c.measures = measure(cells, context, c.options.percentiles);
     area.fill_budget(c, context);

@@ -3,7 +3,6 @@
 // linear d.
 #pragma once
 #include <array>
-#include <optional>
 #include <span>
 #include <vector>
 
@@ -80,7 +79,6 @@ struct CellView {
   std::span<const double> z1, z2;
   std::span<const unsigned char> in_domain;  ///< one per real triangle: measured as a whole
   std::span<const CellPiece> pieces = {};
-  std::optional<SumBounds> bounds = {};  ///< if known; else bounds_of finds them each time
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
   /// Of a triangle of T, counter-clockwise, the first on the curve first: however T was made.
@@ -89,7 +87,8 @@ struct CellView {
   }
 };
 
-/// Cost O(nodes); none where the view has them. Heights that are no number do not count.
+/// From the box and the heights of all nodes, in the domain or not. Heights that are no number do not count. Cost
+/// O(nodes).
 [[nodiscard]] SumBounds bounds_of(const CellView& cells);
 
 /// One cell: area and the three differences.
@@ -119,7 +118,7 @@ struct Parts {
 
 /// All measures over the domain. Area 0 (no cell) gives zeros. Sums are exact (base/fixed_sum.hpp): the same bits for
 /// any number of threads and any numbering of the triangles; swapping the surfaces swaps above and below to the last
-/// bit. Error (internal) if a sum is beyond the range of doubles. Cost O(cells). Oracle: tests/measure (subdivision,
+/// bit. InputError if an area or an integral is no finite number. Cost O(cells). Oracle: tests/measure (subdivision,
 /// closed forms, sampling; rational numbers for the sums). `percentiles`: levels of more_percentiles, see
 /// check_percentiles.
 [[nodiscard]] Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles = {});

@@ -26,7 +26,6 @@ struct Heights {
 }  // namespace
 
 SumBounds bounds_of(const CellView& cells) {
-  if (cells.bounds) return *cells.bounds;
   struct Part {
     Box2 box;
     Heights z1, z2;
@@ -93,6 +92,27 @@ std::array<double, 3> CommonCell::at_corners(std::span<const double> of_node) co
   for (std::size_t k = 0; k < 3; ++k)
     for_nodes(k, [&](Index node, double share) { values[k] += share * of_node[node]; });
   return values;
+}
+
+std::vector<std::size_t> items_in_order(const CellView& cells) {
+  std::vector<std::size_t> end(cells.xy.size() + 1, 0), order;  // end: of those that begin with a node
+  for (std::size_t i = 0; i < cells.t.real; ++i)
+    if (cells.in_domain[i] != 0) ++end[cells.corners(i)[0] + 1];
+  for (std::size_t node = 0; node + 1 < end.size(); ++node) end[node + 1] += end[node];
+  order.resize(end.back());
+  for (std::size_t i = 0; i < cells.t.real; ++i)
+    if (cells.in_domain[i] != 0) order[end[cells.corners(i)[0]]++] = i;
+  const auto at = [&](std::size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+  for (std::size_t node = 0, begin = 0; node + 1 < end.size(); begin = end[node++])
+    std::sort(at(begin), at(end[node]),
+              [&](std::size_t i, std::size_t j) { return cells.corners(i)[1] < cells.corners(j)[1]; });
+  const std::size_t whole = order.size();
+  for (std::size_t i = 0; i < cells.pieces.size(); ++i) order.push_back(cells.t.real + i);
+  std::stable_sort(at(whole), order.end(), [&](std::size_t i, std::size_t j) {
+    const auto corners = [&](std::size_t item) { return cells.corners(cells.pieces[item - cells.t.real].cell); };
+    return corners(i) < corners(j);
+  });
+  return order;
 }
 
 std::uint64_t name_of(const CellView& cells, std::size_t item) {

@@ -110,6 +110,10 @@ void for_common(const CellView& cells, F&& f) {
   for_common(cells, 0, items_of(cells), [&](const CommonCell& c, std::size_t) { f(c); });
 }
 
+/// The items that have cells, ordered by the corners of their triangles, then pieces in the order of theirs: the same
+/// sequence of cells however T was made. For sums that are not exact. Cost O(nodes + cells), and an index for each.
+[[nodiscard]] std::vector<std::size_t> items_in_order(const CellView& cells);
+
 /// Cuts the cells whose flag is set: those not left whole lose it, and their pieces are returned, in the order of the
 /// cells, and behind them what is left of `cells.pieces`. Cost O(cells), little more than one look at each where
 /// regions are large against cells. Oracle: tests/measure/source_test.cpp.

@@ -36,11 +36,12 @@ double slope_of(const OverlayMesh& m, Index triangle) {
 struct CommonParts {
   const CellView& cells;
   std::span<const double> mu;
+  std::vector<std::size_t> order = items_in_order(cells);
 
-  [[nodiscard]] std::size_t items() const { return items_of(cells); }
+  [[nodiscard]] std::size_t items() const { return order.size(); }
   template <class F>
   void for_parts(std::size_t begin, std::size_t end, F&& f) const {
-    for_common(cells, begin, end, [&](const CommonCell& c, std::size_t i) { f(i, part_of(c)); });
+    for (std::size_t i = begin; i < end; ++i) f(i, part_of(of_item(cells, order[i])));
   }
 
  private:
