@@ -11,6 +11,7 @@ namespace isopach {
 namespace {
 
 constexpr int bits_below_bound = 184, smallest_exponent = -1074;
+constexpr int largest_exponent = 1024 + 64;  // of a sum of fewer than 2^64 doubles
 
 [[noreturn]] void refuse(const char* what) {
   throw Error(ExitCode::internal, std::string("an exact sum has ") + what + ": this is a defect, please report it");
@@ -44,14 +45,14 @@ std::uint64_t without(std::uint64_t size, int digits) {
 }  // namespace
 
 FixedScale::FixedScale(std::initializer_list<double> factors) {
-  int exponent = -bits_below_bound;
+  int exponent = 0;
   for (const double factor : factors) {
     if (!std::isfinite(factor)) refuse_number();
     int of_factor = smallest_exponent;
     if (factor > 0) (void)std::frexp(factor, &of_factor);
     exponent += of_factor;
   }
-  exponent_ = std::max(exponent, smallest_exponent);
+  exponent_ = std::max(std::min(exponent, largest_exponent) - bits_below_bound, smallest_exponent);
 }
 
 void FixedSum::add_rare(double x) {

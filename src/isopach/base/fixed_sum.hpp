@@ -3,7 +3,8 @@
 // which is exact. (After the long accumulators of [Kulisch2011], of which this keeps the part that a sum can reach.)
 //
 // The grid comes from a bound B on the sum of the absolute values of all summands, whatever their number and order.
-// Let B < 2^e. A step is 2^(e − 184), never finer than 2^−1074, the smallest double; integers have 192 bits.
+// Let B < 2^e, with e = 1088 if B is larger than what 2^64 doubles can add up to. A step is 2^(e − 184), never finer than
+// 2^−1074, the smallest double; integers have 192 bits.
 //
 //   Headroom. A summand is at most B in size, and rounding moves it by half a step at most. With n < 2^64 summands any
 //   partial sum is below 2^e + 2^63 · 2^(e − 184) < 2^(e + 1) in size, and the integers reach to 2^(e + 7): 64 times

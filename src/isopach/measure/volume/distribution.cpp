@@ -66,11 +66,19 @@ class Estimate {
     points_ = std::move(all.points);
     largest_ = all.largest;
     std::sort(points_.begin(), points_.end());
+    mirrored_ = leans_below();
+    if (mirrored_) {
+      for (auto& [d, area] : points_) d = -d;
+      std::sort(points_.begin(), points_.end());
+    }
     double squares = 0;
     for (const auto& [d, area] : points_) area_ += area, squares += area * area;
     deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
   }
 
+  /// Whether all is told of −d: of the two ways to look at a pair of surfaces the one in which the sample reaches higher.
+  /// Areas up to v round differently from both ends, so that both orders of the surfaces must look from the same one.
+  [[nodiscard]] bool mirrored() const { return mirrored_; }
   /// The largest |d| of the cells looked at: of all cells, if `complete()`.
   [[nodiscard]] double largest() const { return largest_; }
   [[nodiscard]] bool complete() const { return complete_; }
@@ -104,6 +112,14 @@ class Estimate {
  private:
   using Points = std::vector<std::pair<double, double>>;  // value, area that it stands for; ascending
 
+  [[nodiscard]] bool leans_below() const {  // points ascending
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const double above = points_[points_.size() - 1 - i].first, below = -points_[i].first;
+      if (above != below) return above < below;
+    }
+    return false;
+  }
+
   static std::pair<double, double> point_on(std::span<const Cell> cells, std::uint64_t name) {
     const auto [cell, area] = one_by_chance(cells, RandomStream(0, 1).uniform(name));
     double s = RandomStream(0, 2).uniform(name), t = RandomStream(0, 3).uniform(name);
@@ -120,7 +136,7 @@ class Estimate {
 
   Points points_;
   double area_ = 0, deviation_ = 1, largest_ = 0;
-  bool complete_ = false;
+  bool complete_ = false, mirrored_ = false;
 };
 
 // A quantile on the way: its bracket, and that of its centre where this is a quantile itself.
@@ -195,9 +211,10 @@ struct Search {
 // it is quiet if no interval of a quantile reaches into it.
 class Plan {
  public:
-  Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins, const SumScales& for_sums)
+  Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins, const SumScales& for_sums, bool is_mirrored)
       : intervals(std::move(of_quantiles)),
         scales(for_sums),
+        mirrored(is_mirrored),
         no_edges(-half, half, bins, for_sums.area),
         quiet_(bins + 2, 1),
         next_(bins + 2) {
@@ -217,6 +234,7 @@ class Plan {
 
   const std::vector<Interval> intervals;
   const SumScales scales;
+  const bool mirrored;  // all is told of −d
   const EdgeSums no_edges;
 
  private:
@@ -233,7 +251,8 @@ struct Tally {
   std::vector<FixedSum> within = std::vector<FixedSum>(plan.slots(), FixedSum(plan.scales.area));  // cells in one slot
 
   void add(const Cell& unsorted) {
-    const Cell cell = sorted(unsorted);
+    Cell cell = sorted(unsorted);
+    if (plan.mirrored) cell.d = {-cell.d[2], -cell.d[1], -cell.d[0]};
     totals.add_heights(cell);
     const std::size_t slot = plan.slot_of(cell.d[0]);
     const bool is_within = plan.slot_of(cell.d[2]) == slot;
@@ -321,6 +340,17 @@ void solve(std::vector<Search>& searches, const AreaUpTo& area, double whole, do
   }
 }
 
+// The same of d where it was of −d.
+void mirror(Totals& t) {
+  std::swap(t.of.above, t.of.below);
+  std::swap(t.max_above, t.max_below);
+}
+Quantile mirrored(Quantile q) {
+  q.centre = -q.centre;
+  if (!q.absolute) q.share = 1 - q.share;
+  return q;
+}
+
 Histogram histogram_of(double half, std::vector<double> area_up_to_edges, double area) {
   const std::size_t bins = area_up_to_edges.size() - 1;
   const auto count = static_cast<double>(bins);
@@ -353,8 +383,10 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
   // Wide enough for most of the area, not for the last outlier.
   double half = std::min(estimate.largest(), 1.5 * estimate.absolute_quantile(0.99));
   if (!(half > 0)) half = estimate.largest() > 0 ? estimate.largest() : (limit > 0 ? limit : 1);
-  std::vector<Search> searches = searches_for(wanted, estimate, limit);
-  const Plan plan(intervals_of(searches), half, bins, scales);
+  std::vector<Quantile> sought = wanted;
+  if (estimate.mirrored()) std::transform(wanted.begin(), wanted.end(), sought.begin(), mirrored);
+  std::vector<Search> searches = searches_for(sought, estimate, limit);
+  const Plan plan(intervals_of(searches), half, bins, scales, estimate.mirrored());
   Pass pass = pass_over(cells, plan, context);
   Described result{pass.totals, {}, {}};
   const double area = pass.totals.of.area.value();
@@ -364,10 +396,15 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
   solve(searches, AreaUpTo(plan.intervals, std::move(pass.shares), scales.area, area), area, limit);
   for (auto intervals = intervals_of(searches); !intervals.empty(); intervals = intervals_of(searches)) {
     context.check();
-    const Plan again(std::move(intervals), half, bins, scales);
+    const Plan again(std::move(intervals), half, bins, scales, estimate.mirrored());
     solve(searches, AreaUpTo(again.intervals, pass_over(cells, again, context).shares, scales.area, area), area, limit);
   }
-  for (const Search& s : searches) result.quantiles.push_back(*s.found);
+  for (const Search& s : searches)
+    result.quantiles.push_back(estimate.mirrored() && !s.wanted.absolute ? 0.0 - *s.found : *s.found);
+  if (estimate.mirrored()) {
+    mirror(result.totals);
+    std::reverse(result.histogram.areas.begin(), result.histogram.areas.end());
+  }
   return result;
 }
 
