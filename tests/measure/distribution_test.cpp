@@ -124,7 +124,7 @@ void expect_histogram(const Sample& s, std::size_t bins, const std::string& name
     const Histogram& h = found.histogram;
     ASSERT_EQ(h.areas.size(), bins);
     const double area = static_cast<double>(brute_area(s, -1e9L, 1e9L));
-    EXPECT_NEAR(found.totals.area.value(), area, 1e-13) << name;
+    EXPECT_NEAR(found.totals.of.area.value(), area, 1e-13) << name;
     for (std::size_t k = 0; k < bins; ++k) {
       const long double low = k == 0 ? -1e9L : h.edges[k], high = k + 1 == bins ? 1e9L : h.edges[k + 1];
       EXPECT_NEAR(h.areas[k], static_cast<double>(brute_area(s, low, high)), 1e-13) << name << " " << k;

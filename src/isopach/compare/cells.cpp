@@ -3,8 +3,8 @@
 #include <optional>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/measure/volume/totals.hpp"
 #include "isopach/overlay/rim.hpp"
 
 namespace isopach::stages {
@@ -91,21 +91,16 @@ class CellRules {
 /// What is found block by block: sums over what is no part of the domain for one reason or another, and the pieces of
 /// cells that borders run through.
 struct Found {
-  struct Part {
-    Sum area, above, below;
-    void add(const Cell& cell, int times) {
-      const Parts parts = split_volume(cell);
-      area.add(times * cell.area), above.add(times * parts.above), below.add(times * parts.below);
-    }
-    void add(const Part& p) { area.add(p.area), above.add(p.above), below.add(p.below); }
-  };
   Index interface = 0;
-  Part trimmed, folded;
+  VolumeSums trimmed, folded, single_in_folded;  ///< the folds are the second less the third
   std::vector<CellPiece> pieces;
+
+  Found() = default;
+  explicit Found(const SumScales& scales) : trimmed(scales), folded(scales), single_in_folded(scales) {}
 
   void add(const Found& part) {
     interface += part.interface;
-    trimmed.add(part.trimmed), folded.add(part.folded);
+    trimmed.add(part.trimmed), folded.add(part.folded), single_in_folded.add(part.single_in_folded);
     pieces.insert(pieces.end(), part.pieces.begin(), part.pieces.end());
   }
 };
@@ -114,8 +109,9 @@ struct Found {
 class BlockOfCells {
  public:
   BlockOfCells(Cells& cells, const CellRules& rules, bool folds_left_out, const Domain& domain,
-               std::span<const BorderSide> sides)
-      : cells_(cells),
+               std::span<const BorderSide> sides, const SumScales& scales)
+      : found(scales),
+        cells_(cells),
         view_(cells.view()),
         rules_(rules),
         folds_left_out_(folds_left_out),
@@ -124,21 +120,22 @@ class BlockOfCells {
         cutter_(cells.xy, cells.z1, cells.z2, sides) {}
 
   void judge(Index i, std::span<const RimCrossing> across) {
-    const auto& v = cells_.triangulation.triangles[i].v;
+    const Nodes v = view_.corners(i);
     const int by = rules_.scanned(v);
     cells_.scanned[i] = static_cast<unsigned char>(by);
     if (!across.empty()) return cut(i, across);
     const bool in_hulls = rules_.in_hulls(v);
     const bool sampled = in_hulls && (rules_.over_hull() ? by != 0 : by == 3), in_fold = sampled && rules_.folded(v);
     cells_.in_domain[i] = sampled && !(in_fold && folds_left_out_) ? 1 : 0;
-    if (in_hulls && !sampled) add_inside(found.trimmed, convex(view_, i), 1);
-    if (in_fold) add_inside(found.folded, convex(view_, i), 1);
+    if (in_hulls && !sampled) add_inside(found.trimmed, convex(view_, i));
+    if (in_fold) add_inside(found.folded, convex(view_, i));
   }
 
   Found found;
 
  private:
   using Pieces = std::vector<CellPiece>;
+  using Nodes = std::array<Index, 3>;
 
   /// What of the cell lies in both footprints, once with the folds and once without, is measured by the rule for folds;
   /// the folds are the one less the other. With them no border of a fold cuts: it is a border of no scan.
@@ -150,8 +147,8 @@ class BlockOfCells {
     const bool whole = add_pieces(i, of_scans_, in_footprint, sampled, &found.trimmed);
     const bool whole_single = rules_.finds_folds() ? add_pieces(i, across, in_single, single, nullptr) : whole;
     if (rules_.finds_folds()) {
-      for (const CellPiece& piece : sampled) add_inside(found.folded, convex(piece), 1);
-      for (const CellPiece& piece : single) add_inside(found.folded, convex(piece), -1);
+      for (const CellPiece& piece : sampled) add_inside(found.folded, convex(piece));
+      for (const CellPiece& piece : single) add_inside(found.single_in_folded, convex(piece));
     }
     const bool without_folds = folds_left_out_ && rules_.finds_folds();
     cells_.in_domain[i] = (without_folds ? whole_single : whole) ? 1 : 0;
@@ -163,8 +160,8 @@ class BlockOfCells {
 
   /// The parts of the cell in an extent of both scans; whether these are all of it. What lies in both hulls and not in
   /// the extent is added to `trimmed`.
-  bool add_pieces(Index i, std::span<const RimCrossing> across, Extent extent, Pieces& added, Found::Part* trimmed) {
-    const RimCell cell = rules_.rim_cell(cells_.triangulation.triangles[i].v, across);
+  bool add_pieces(Index i, std::span<const RimCrossing> across, Extent extent, Pieces& added, VolumeSums* trimmed) {
+    const RimCell cell = rules_.rim_cell(view_.corners(i), across);
     bool whole = true;
     const auto is_in = [](const RimPiece& p, unsigned of) { return (p.in & of_both(of)) == of_both(of); };
     for (const RimPiece& piece : cutter_(cell)) {
@@ -175,7 +172,7 @@ class BlockOfCells {
         if (is_in(piece, extent))
           added.push_back(part);
         else if (trimmed != nullptr && is_in(piece, in_hull))
-          add_inside(*trimmed, convex(part), 1);
+          add_inside(*trimmed, convex(part));
       }
     }
     return whole;
@@ -187,11 +184,11 @@ class BlockOfCells {
     return piece;
   }
 
-  /// What of the cell the polygons and the mask leave, so many times.
-  void add_inside(Found::Part& part, const ConvexCell& cell, int times) {
+  /// What of the cell the polygons and the mask leave.
+  void add_inside(VolumeSums& part, const ConvexCell& cell) {
     domain_.for_pieces(cell, scratch_, [&](const ConvexCell& piece) {
       for_triangles(piece, [&](double area, const Corner& p, const Corner& q, const Corner& r) {
-        part.add(Cell{area, {p.d(), q.d(), r.d()}}, times);
+        part.add(Cell{area, {p.d(), q.d(), r.d()}});
       });
     });
   }
@@ -245,10 +242,11 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   const CellRules rules(common, cells.xy, pair, borders, c.options);
   const std::vector<BorderSide> sides = sides_in_t(borders, common.nodes);
   const std::vector<RimCrossing> all_across = crossings(cells.triangulation, cells.xy, sides, context);
+  const SumScales scales(bounds_of(cells.view()));
   Found found = reduce_blocks<Found>(
       cells.triangulation.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        BlockOfCells block(cells, rules, borders.left_out, domain, sides);
+        BlockOfCells block(cells, rules, borders.left_out, domain, sides, scales);
         const auto before = [](const RimCrossing& crossing, std::size_t cell) { return crossing.cell < cell; };
         auto next = std::lower_bound(all_across.begin(), all_across.end(), begin, before);
         for (std::size_t i = begin; i < end; ++i) {
@@ -264,11 +262,10 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   c.common = cells.triangulation.real;
   c.interface = found.interface;
   c.trimmed_area = found.trimmed.area.value();
-  c.trimmed_volume = found.trimmed.above.value() + found.trimmed.below.value();
+  c.trimmed_volume = found.trimmed.volume().absolute;
+  found.folded.subtract(found.single_in_folded);
   c.folds.area = found.folded.area.value();
-  Volume& in_folds = c.folds.volume;
-  in_folds.above = found.folded.above.value(), in_folds.below = found.folded.below.value();
-  in_folds.net = in_folds.above - in_folds.below, in_folds.absolute = in_folds.above + in_folds.below;
+  c.folds.volume = found.folded.volume();
   return cells;
 }
 

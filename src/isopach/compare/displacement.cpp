@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/linear.hpp"
 
 namespace isopach {
@@ -32,11 +33,28 @@ struct AtNode {
   double area = 0, slope_x = 0, slope_y = 0;
 };
 
+/// Sums over the triangles round a node, exact: the same however T was made.
+struct SumsAtNode {
+  FixedSum area, slope_x, slope_y;
+};
+
+SumsAtNode none_at_node(const CellView& cells) {
+  Box2 box;
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const Point2& p : cells.xy) box.add(p);
+  for (const double z : cells.z1) low = std::min(low, z), high = std::max(high, z);
+  if (box.empty() || !(low <= high)) return {};
+  const double width = box.max.x - box.min.x, height = box.max.y - box.min.y;
+  constexpr double most_triangles = 0x1p40;
+  const FixedScale slopes{most_triangles, high - low, width + height};
+  return {FixedSum(FixedScale{width, height}), FixedSum(slopes), FixedSum(slopes)};
+}
+
 /// Of every step-th node. By the order of the nodes, which is the same however T was made.
 std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
-  std::vector<AtNode> nodes((cells.xy.size() + step - 1) / step);
+  std::vector<SumsAtNode> sums((cells.xy.size() + step - 1) / step, none_at_node(cells));
   for_common(cells, [&](const CommonCell& c) {
-    const auto& v = cells.t.triangles[c.triangle].v;
+    const std::array<Index, 3> v = cells.corners(c.triangle);
     if (c.piece != nullptr || (v[0] % step != 0 && v[1] % step != 0 && v[2] % step != 0)) return;
     const Point2 &p = cells.xy[v[0]], &q = cells.xy[v[1]], &r = cells.xy[v[2]];
     const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
@@ -44,12 +62,15 @@ std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
     const double u = cells.z1[v[1]] - cells.z1[v[0]], w = cells.z1[v[2]] - cells.z1[v[0]];
     for (const Index node : v) {  // slope · area, so that no sliver counts for more than it is
       if (node % step != 0) continue;
-      AtNode& at = nodes[node / step];
-      at.area += twice / 6;
-      at.slope_x += (u * by - w * ay) / 6;
-      at.slope_y += (ax * w - bx * u) / 6;
+      SumsAtNode& at = sums[node / step];
+      at.area.add(twice / 6);
+      at.slope_x.add((u * by - w * ay) / 6);
+      at.slope_y.add((ax * w - bx * u) / 6);
     }
   });
+  std::vector<AtNode> nodes;
+  nodes.reserve(sums.size());
+  for (const SumsAtNode& s : sums) nodes.push_back({s.area.value(), s.slope_x.value(), s.slope_y.value()});
   return nodes;
 }
 

@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 
@@ -287,7 +288,8 @@ void Noise::describe_levels(const UnitedNodes& nodes, const OverlayNoise& over, 
   for_each_index(c.cells.lod.size(), [&](std::size_t i) { c.cells.lod[i] *= u.deviations; });
   u.detected = over.detected ? *over.detected : detect(cells, c.cells.lod, context_);
   const auto [least, most] = std::minmax_element(c.cells.lod.begin(), c.cells.lod.end());
-  Sum sum, area;
+  const double box = bounds_of(cells).area;
+  FixedSum sum{FixedScale{box, *most}}, area{FixedScale{box}};
   for_common(cells, [&](const CommonCell& cell) {
     const double share = cell.cell().area;
     const auto lod = cell.at_corners(c.cells.lod);

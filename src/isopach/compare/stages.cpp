@@ -9,9 +9,9 @@
 #include "isopach/base/median.hpp"
 #include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
 #include "isopach/compare/domain.hpp"
 #include "isopach/delaunay/spanning_tree.hpp"
+#include "isopach/measure/volume/totals.hpp"
 #include "isopach/overlay/folds.hpp"
 #include "isopach/overlay/hulls.hpp"
 #include "isopach/overlay/interpolate.hpp"
@@ -56,7 +56,7 @@ Array<Point2> hull_polygon(const Triangulation& t, std::span<const Point2> xy) {
 }
 
 double longest_edge2(const CellView& cells, std::size_t i) {
-  const auto& v = cells.t.triangles[i].v;
+  const std::array<Index, 3> v = cells.corners(i);
   double longest = 0;
   for (Index k = 0; k < 3; ++k) {
     const Point2 &p = cells.xy[v[k]], &q = cells.xy[v[next_side(k)]];
@@ -72,10 +72,11 @@ constexpr double sliver_warning_share = 0.01;
 
 std::vector<Index> border_slivers(const CellView& cells) {
   const std::size_t n = cells.t.real;
-  std::vector<double> sample;
-  const std::size_t step = n / 20000 + 1;
-  for (std::size_t i = 0; i < n; i += step)
-    if (cells.in_domain[i] != 0) sample.push_back(longest_edge2(cells, i));
+  constexpr std::size_t enough = 20000;
+  const Index step = static_cast<Index>(n / enough + 1);
+  std::vector<double> sample;  // of cells by their first node, not by their number, which depends on how T was made
+  for (std::size_t i = 0; i < n; ++i)
+    if (cells.in_domain[i] != 0 && cells.corners(i)[0] % step == 0) sample.push_back(longest_edge2(cells, i));
   if (sample.empty()) return {};
   const double limit = median(sample) * sliver_length * sliver_length;
   const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
@@ -104,22 +105,17 @@ void describe_slivers(const CellView& cells, Comparison& c) {
   for (const CellPiece& piece : cells.pieces) of_scans[piece.cell] = 1;
   CellView unclipped = cells;
   unclipped.in_domain = of_scans;
-  Sum area, volume;
-  const auto add = [&](const Cell& cell) {
-    const Parts parts = split_volume(cell);
-    area.add(cell.area);
-    volume.add(parts.above + parts.below);
-  };
+  VolumeSums sums{SumScales(bounds_of(cells))};
   std::vector<Index> slivers = border_slivers(unclipped);
   for (const Index i : slivers)
-    if (cells.in_domain[i] != 0) add(cell_at(cells, i));
+    if (cells.in_domain[i] != 0) sums.add(cell_at(cells, i));
   if (!cells.pieces.empty()) {
     std::sort(slivers.begin(), slivers.end());
     for (const CellPiece& piece : cells.pieces)
-      if (std::binary_search(slivers.begin(), slivers.end(), piece.cell)) add(cell_of(piece));
+      if (std::binary_search(slivers.begin(), slivers.end(), piece.cell)) sums.add(cell_of(piece));
   }
-  c.sliver_area = area.value() / c.measures.area;
-  c.sliver_volume = c.measures.volume.absolute > 0 ? volume.value() / c.measures.volume.absolute : 0;
+  c.sliver_area = sums.area.value() / c.measures.area;
+  c.sliver_volume = c.measures.volume.absolute > 0 ? sums.volume().absolute / c.measures.volume.absolute : 0;
   if (c.sliver_volume > sliver_warning_share)
     c.warnings.push_back(
         fmt::format("long thin triangles along the border of the scans carry {:.1f} % of the absolute volume on {:.1f} "

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "isopach/base/context.hpp"
+#include "isopach/delaunay/first_corner.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/overlay/overlay.hpp"
 #include "isopach/overlay/regions.hpp"
@@ -63,6 +64,13 @@ struct CellPiece {
                                                  {{{no_index, no_index}, {no_index, no_index}, {no_index, no_index}}}}};
 };
 
+/// What no sum over cells exceeds: the scale of exact sums is made of it (base/fixed_sum.hpp), so it may be far too
+/// large, but not too small.
+struct SumBounds {
+  double area = 0;        ///< of the box of all nodes; of cells that do not overlap
+  double difference = 0;  ///< |d|: z2 and z1 lie within the heights at the nodes
+};
+
 /// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each, and the pieces of
 /// those that the domain holds a part of (see source.hpp).
 struct CellView {
@@ -73,7 +81,15 @@ struct CellView {
   std::span<const CellPiece> pieces = {};
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
+  /// Of a triangle of T, counter-clockwise, the first on the curve first: however T was made.
+  [[nodiscard]] std::array<Index, 3> corners(std::size_t triangle) const {
+    return from_first_corner(t.triangles[triangle].v);
+  }
 };
+
+/// From the box and the heights of all nodes, in the domain or not. Heights that are no number do not count. Cost
+/// O(nodes).
+[[nodiscard]] SumBounds bounds_of(const CellView& cells);
 
 /// One cell: area and the three differences.
 struct Cell {
@@ -84,7 +100,7 @@ struct Cell {
   return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
 }
 [[nodiscard]] inline Cell cell_at(const CellView& cells, std::size_t i) {
-  const auto& v = cells.t.triangles[i].v;
+  const std::array<Index, 3> v = cells.corners(i);
   return {triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]), {cells.d(v[0]), cells.d(v[1]), cells.d(v[2])}};
 }
 
@@ -100,9 +116,10 @@ struct Parts {
 };
 [[nodiscard]] Parts split_volume(const Cell& cell);
 
-/// All measures over the domain. Area 0 (no cell) gives zeros. Sums are compensated, over fixed blocks: the same bits
-/// for any number of threads; swapping the surfaces swaps above and below to the last bit. Cost O(cells). Oracle:
-/// tests/measure (subdivision, closed forms, sampling). `percentiles`: levels of more_percentiles, see
+/// All measures over the domain. Area 0 (no cell) gives zeros. Sums are exact (base/fixed_sum.hpp): the same bits for
+/// any number of threads and any numbering of the triangles; swapping the surfaces swaps above and below to the last
+/// bit. InputError if an area or an integral is no finite number. Cost O(cells). Oracle: tests/measure (subdivision,
+/// closed forms, sampling; rational numbers for the sums). `percentiles`: levels of more_percentiles, see
 /// check_percentiles.
 [[nodiscard]] Measures measure(const CellView& cells, const Context& context, std::span<const double> percentiles = {});
 

@@ -1,15 +1,59 @@
 #include "isopach/measure/source.hpp"
 
+#include <cmath>
+
 #include "isopach/base/parallel.hpp"
+#include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/overlay/rim.hpp"
 
 namespace isopach {
 
+namespace {
+
+// Rounding may carry an interpolated height this far beyond those at the nodes, and that is generous.
+constexpr double slack = 0x1p-40;
+
+struct Heights {
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  void add(double z) {  // one that is no number is neither below nor above
+    if (z < low) low = z;
+    if (z > high) high = z;
+  }
+  void add(const Heights& h) { add(h.low), add(h.high); }
+  [[nodiscard]] double largest() const { return std::max(std::fabs(low), std::fabs(high)); }
+};
+
+}  // namespace
+
+SumBounds bounds_of(const CellView& cells) {
+  struct Part {
+    Box2 box;
+    Heights z1, z2;
+  };
+  const Part all = reduce_blocks<Part>(
+      cells.xy.size(), std::size_t{1} << 16,
+      [&](std::size_t begin, std::size_t end) {
+        Part part;
+        for (std::size_t i = begin; i < end; ++i)
+          part.box.add(cells.xy[i]), part.z1.add(cells.z1[i]), part.z2.add(cells.z2[i]);
+        return part;
+      },
+      [](Part& total, const Part& part) { total.box.add(part.box), total.z1.add(part.z1), total.z2.add(part.z2); });
+  if (all.box.empty() || !(all.z1.low <= all.z1.high) || !(all.z2.low <= all.z2.high)) return {};
+  return {(all.box.max.x - all.box.min.x) * (all.box.max.y - all.box.min.y),
+          std::max(all.z2.high - all.z1.low, all.z1.high - all.z2.low) +
+              slack * std::max(all.z1.largest(), all.z2.largest())};
+}
+
+SumBounds bounds_of(const OverlayCells& cells) {
+  const Box2 box = cells.overlay.box();
+  if (box.empty()) return {};
+  return {(box.max.x - box.min.x) * (box.max.y - box.min.y), cells.overlay.bound_of_difference()};
+}
+
 ConvexCell convex(const CellView& cells, std::size_t triangle) {
-  auto corners = cells.t.triangles[triangle].v;
-  std::rotate(corners.begin(), std::min_element(corners.begin(), corners.end()), corners.end());  // however T was made
   ConvexCell c;
-  for (const Index v : corners) c.add({cells.xy[v].x, cells.xy[v].y, cells.z1[v], cells.z2[v]});
+  for (const Index v : cells.corners(triangle)) c.add({cells.xy[v].x, cells.xy[v].y, cells.z1[v], cells.z2[v]});
   return c;
 }
 
@@ -27,7 +71,7 @@ ConvexCell convex(const OverlayCell& cell) {
 }
 
 std::array<double, 3> CommonCell::shares_of_nodes(std::size_t k) const {
-  const auto& v = cells.t.triangles[triangle].v;
+  const std::array<Index, 3> v = cells.corners(triangle);
   const Point2 p{piece->at[k].x, piece->at[k].y};
   const Point2 &a = cells.xy[v[0]], &b = cells.xy[v[1]], &c = cells.xy[v[2]];
   std::array<double, 3> shares{triangle_area(p, b, c), triangle_area(a, p, c), triangle_area(a, b, p)};
@@ -42,12 +86,48 @@ double CommonCell::share_of_side(const SideEnds& ends, const Corner& at) const {
 }
 
 std::array<double, 3> CommonCell::at_corners(std::span<const double> of_node) const {
-  const auto& v = cells.t.triangles[triangle].v;
+  const std::array<Index, 3> v = cells.corners(triangle);
   if (piece == nullptr) return {of_node[v[0]], of_node[v[1]], of_node[v[2]]};
   std::array<double, 3> values{};
   for (std::size_t k = 0; k < 3; ++k)
     for_nodes(k, [&](Index node, double share) { values[k] += share * of_node[node]; });
   return values;
+}
+
+std::vector<std::size_t> items_in_order(const CellView& cells) {
+  std::vector<std::size_t> end(cells.xy.size() + 1, 0), order;  // end: of those that begin with a node
+  for (std::size_t i = 0; i < cells.t.real; ++i)
+    if (cells.in_domain[i] != 0) ++end[cells.corners(i)[0] + 1];
+  for (std::size_t node = 0; node + 1 < end.size(); ++node) end[node + 1] += end[node];
+  order.resize(end.back());
+  for (std::size_t i = 0; i < cells.t.real; ++i)
+    if (cells.in_domain[i] != 0) order[end[cells.corners(i)[0]]++] = i;
+  const auto at = [&](std::size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+  for (std::size_t node = 0, begin = 0; node + 1 < end.size(); begin = end[node++])
+    std::sort(at(begin), at(end[node]),
+              [&](std::size_t i, std::size_t j) { return cells.corners(i)[1] < cells.corners(j)[1]; });
+  const std::size_t whole = order.size();
+  for (std::size_t i = 0; i < cells.pieces.size(); ++i) order.push_back(cells.t.real + i);
+  std::stable_sort(at(whole), order.end(), [&](std::size_t i, std::size_t j) {
+    const auto corners = [&](std::size_t item) { return cells.corners(cells.pieces[item - cells.t.real].cell); };
+    return corners(i) < corners(j);
+  });
+  return order;
+}
+
+std::uint64_t name_of(const CellView& cells, std::size_t item) {
+  const std::size_t whole = cells.t.real;
+  if (item >= whole) {
+    const auto& [a, b, c] = cells.pieces[item - whole].at;
+    return hash_of(Point2{c.x, c.y}, hash_of(Point2{b.x, b.y}, hash_of(Point2{a.x, a.y})));
+  }
+  const std::array<Index, 3> v = cells.corners(item);
+  return hash_of(cells.xy[v[1]], hash_of(cells.xy[v[0]]));  // no other triangle runs along this side this way
+}
+
+std::uint64_t name_of(const OverlayCells& cells, std::size_t item) {
+  const std::array<Point2, 2> side = cells.overlay.first_side(item);
+  return hash_of(side[1], hash_of(side[0]));
 }
 
 std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char> in_domain, const Domain& domain,

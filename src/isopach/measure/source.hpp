@@ -6,6 +6,7 @@
 #pragma once
 #include <algorithm>
 #include <array>
+#include <cstdint>
 #include <span>
 #include <vector>
 
@@ -25,6 +26,9 @@ struct OverlayCells {
   OverlayCells(const Overlay& of) : OverlayCells(of, Domain::everything()) {}  // NOLINT: an overlay is all its cells
 };
 
+/// Of the heights and the box of both meshes. Cost O(nodes).
+[[nodiscard]] SumBounds bounds_of(const OverlayCells& cells);
+
 [[nodiscard]] inline std::size_t items_of(const CellView& cells) { return cells.t.real + cells.pieces.size(); }
 [[nodiscard]] inline std::size_t items_of(const OverlayCells& cells) { return cells.overlay.items(); }
 
@@ -35,7 +39,7 @@ struct OverlayCells {
 // --- cells of T ---
 // Values given at its nodes can be asked for.
 
-/// A cell of T in its domain: a triangle of T, or a piece of one.
+/// A cell of T in its domain: a triangle of T, or a piece of one. Corner 0 is the first on the curve.
 struct CommonCell {
   const CellView& cells;
   Index triangle;
@@ -48,7 +52,7 @@ struct CommonCell {
   /// Corner k with both surfaces.
   [[nodiscard]] Corner corner(std::size_t k) const {
     if (piece != nullptr) return piece->at[k];
-    const Index v = cells.t.triangles[triangle].v[k];
+    const Index v = cells.corners(triangle)[k];
     return {cells.xy[v].x, cells.xy[v].y, cells.z1[v], cells.z2[v]};
   }
   /// Values given at the nodes of T, at the three corners.
@@ -56,7 +60,7 @@ struct CommonCell {
   /// f(node, share) for the nodes that take part in the value at corner k.
   template <class F>
   void for_nodes(std::size_t k, F&& f) const {
-    const auto& v = cells.t.triangles[triangle].v;
+    const std::array<Index, 3> v = cells.corners(triangle);
     if (piece == nullptr) return f(v[k], 1.0);
     const auto shares = shares_of_nodes(k);
     for (std::size_t j = 0; j < 3; ++j) f(v[j], shares[j]);
@@ -105,6 +109,10 @@ template <class F>
 void for_common(const CellView& cells, F&& f) {
   for_common(cells, 0, items_of(cells), [&](const CommonCell& c, std::size_t) { f(c); });
 }
+
+/// The items that have cells, ordered by the corners of their triangles, then pieces in the order of theirs: the same
+/// sequence of cells however T was made. For sums that are not exact. Cost O(nodes + cells), and an index for each.
+[[nodiscard]] std::vector<std::size_t> items_in_order(const CellView& cells);
 
 /// Cuts the cells whose flag is set: those not left whole lose it, and their pieces are returned, in the order of the
 /// cells, and behind them what is left of `cells.pieces`. Cost O(cells), little more than one look at each where
@@ -200,6 +208,16 @@ void for_cells(const OverlayCells& cells, std::size_t begin, std::size_t end, F&
     for_triangles(c, [&](unsigned a, unsigned b, double area) { f(Cell{area, {d0, c.d(a), c.d(b)}}); });
   });
 }
+
+/// A number that depends on where a cell of T, or the outer triangle of an item of the overlay, lies, and on nothing
+/// else: what a sample is chosen by, so that it does not depend on how triangles are numbered.
+[[nodiscard]] std::uint64_t name_of(const CellView& cells, std::size_t item);
+[[nodiscard]] std::uint64_t name_of(const OverlayCells& cells, std::size_t item);
+/// Whether an item can have cells in the domain at all, as far as can be told at once.
+[[nodiscard]] inline bool may_have_cells(const CellView& cells, std::size_t item) {
+  return item >= cells.t.real || cells.in_domain[item] != 0;
+}
+[[nodiscard]] inline bool may_have_cells(const OverlayCells&, std::size_t) { return true; }
 
 /// The same cell with ascending values.
 [[nodiscard]] inline Cell sorted(Cell cell) {

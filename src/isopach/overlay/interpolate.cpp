@@ -4,6 +4,7 @@
 #include <limits>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/first_corner.hpp"
 #include "isopach/geom/predicates.hpp"
 
 namespace isopach {
@@ -23,9 +24,10 @@ double cross(const Point2& o, const Point2& a, const Point2& b) {
 // Below this share of the longest side squared, rounded areas have lost half their digits.
 constexpr double thin = 1e-7;
 
-double in_triangle(const Point2& q, const Triangle& t, std::span<const Point2> xy, std::span<const double> z) {
-  const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
-  const double za = z[t.v[0]], zb = z[t.v[1]], zc = z[t.v[2]];
+double in_triangle(const Point2& q, const std::array<Index, 3>& v, std::span<const Point2> xy,
+                   std::span<const double> z) {
+  const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+  const double za = z[v[0]], zb = z[v[1]], zc = z[v[2]];
   // Weights from corners seen from q: products of short lengths, so thin triangles lose little.
   double wa = cross(q, b, c), wb = cross(q, c, a), wc = cross(q, a, b);
   const double width = std::max({std::fabs(b.x - a.x), std::fabs(c.x - a.x), std::fabs(c.x - b.x)});
@@ -53,7 +55,7 @@ Array<double> interpolate(const Locations& where, std::span<const Point2> points
         value[i] = z[at.id];
         break;
       case Location::Kind::triangle:
-        value[i] = in_triangle(points[i], t.triangles[at.id], xy, z);
+        value[i] = in_triangle(points[i], from_first_corner(t.triangles[at.id].v), xy, z);
         break;
       case Location::Kind::outside:
         if (t.nodes == 1) {

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/first_corner.hpp"
 #include "isopach/geom/predicates.hpp"
 
 namespace isopach {
@@ -528,6 +529,17 @@ double Overlay::estimated_cells(const Context& context) const {
   }
   if (counted == 0) return 0;
   return static_cast<double>(cells_of_them) / static_cast<double>(counted) * static_cast<double>(n);
+}
+
+Box2 Overlay::box() const {
+  Box2 box = box_of(outer_.xy);
+  box.add(box_of(inner_.xy));
+  return box;
+}
+
+std::array<Point2, 2> Overlay::first_side(std::size_t item) const {
+  const std::array<Index, 3> v = from_first_corner(outer_.t.triangles[outer_of(item)].v);
+  return {outer_.xy[v[0]], outer_.xy[v[1]]};
 }
 
 bool Overlay::has_node_inside(Index t) const { return start_of(t) != no_index; }

@@ -72,6 +72,10 @@ class Overlay {
 
   /// A number that |z2 − z1| exceeds nowhere, from the ranges of both surfaces' heights. Cost O(nodes).
   [[nodiscard]] double bound_of_difference() const;
+  /// Of the nodes of both meshes. Cost O(nodes).
+  [[nodiscard]] Box2 box() const;
+  /// Both ends of the side of an item's outer triangle that leaves its first corner on the curve.
+  [[nodiscard]] std::array<Point2, 2> first_side(std::size_t item) const;
 
   /// About how many cells there are, from those of some hundred items spread evenly: exact for few items, else within
   /// some per cent where it is large. Long triangles that cross one another have up to all pairs. Cost: that of the

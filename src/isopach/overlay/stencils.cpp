@@ -5,6 +5,7 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/first_corner.hpp"
 #include "isopach/geom/predicates.hpp"
 
 namespace isopach {
@@ -52,7 +53,7 @@ Array<Stencil> stencils(const Locations& where, std::span<const Point2> points, 
         result[i] = {{at.id, at.id, at.id}, {1, 0, 0}};
         break;
       case Location::Kind::triangle:
-        result[i] = in_triangle(points[i], t.triangles[at.id].v, xy);
+        result[i] = in_triangle(points[i], from_first_corner(t.triangles[at.id].v), xy);
         break;
       case Location::Kind::outside:
         if (t.nodes == 1) {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
+#include "isopach/measure/volume/totals.hpp"
 
 namespace isopach {
 
@@ -13,18 +13,23 @@ namespace {
 constexpr std::size_t block = 1 << 13;
 
 struct Sums {
-  Sum above, below, area;
+  FixedSum above, below, area;
+
+  Sums() = default;
+  explicit Sums(const SumScales& scales) : above(scales.volume), below(scales.volume), area(scales.area) {}
+
   void add(const Detected& d) { above.add(d.above), below.add(d.below), area.add(d.area); }
   void add(const Sums& s) { above.add(s.above), below.add(s.below), area.add(s.area); }
 };
 
 // `for_block(begin, end, sums)` on fixed blocks of n items.
 template <class F>
-Detected over_blocks(std::size_t n, F&& for_block) {
+Detected over_blocks(std::size_t n, const SumBounds& bounds, F&& for_block) {
+  const SumScales scales(bounds);
   const Sums total = reduce_blocks<Sums>(
       n, block,
       [&](std::size_t begin, std::size_t end) {
-        Sums part;
+        Sums part(scales);
         for_block(begin, end, part);
         return part;
       },
@@ -35,7 +40,7 @@ Detected over_blocks(std::size_t n, F&& for_block) {
 template <class Source>
 Detected detect_constant(const Source& cells, double lod, const Context& context) {
   context.check();
-  return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
     for_cells(cells, begin, end, [&](const Cell& cell) { part.add(detect(cell, {lod, lod, lod})); });
   });
 }
@@ -104,7 +109,7 @@ Detected detect(const Cell& cell, const std::array<double, 3>& lod) {
 
 Detected detect(const CellView& cells, std::span<const double> lod, const Context& context) {
   context.check();
-  return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
     for_common(cells, begin, end,
                [&](const CommonCell& c, std::size_t) { part.add(detect(c.cell(), c.at_corners(lod))); });
   });
@@ -119,7 +124,7 @@ Detected detect(const OverlayCells& cells, double lod, const Context& context) {
 
 Detected detect(const OverlayCells& cells, const OverlayLevel& level, const Context& context) {
   context.check();
-  return over_blocks(items_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
     ItemCells heights;
     std::vector<ItemCells> deviations(level.deviations.size());
     for (std::size_t i = begin; i < end; ++i) {

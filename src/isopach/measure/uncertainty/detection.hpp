@@ -28,7 +28,7 @@ struct Detected {
 /// Of one cell with levels `lod` at its corners, exactly.
 [[nodiscard]] Detected detect(const Cell& cell, const std::array<double, 3>& lod);
 
-/// Over the domain; `lod` per node of T. Compensated sums over fixed blocks. Cost O(cells).
+/// Over the domain; `lod` per node of T. Exact sums. Cost O(cells).
 [[nodiscard]] Detected detect(const CellView& cells, std::span<const double> lod, const Context& context);
 
 /// The same with one level everywhere.

@@ -1,14 +1,14 @@
 #include "isopach/measure/uncertainty/noise_floor.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
-#include "isopach/base/sum.hpp"
+#include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/measure/uncertainty/shrinkage.hpp"
+#include "isopach/measure/volume/totals.hpp"
 #include "isopach/overlay/interpolate.hpp"
 #include "isopach/overlay/stencils.hpp"
 
@@ -21,13 +21,8 @@ constexpr std::size_t reach = 12;             // nodes to either side on the cur
 constexpr std::size_t stretch = 64;           // nodes over which the chords are freed of noise
 constexpr std::size_t enough_draws = 200000;  // numbers in all draws: the floor is a mean over them
 
-std::uint64_t mixed(std::uint64_t h, double x) {
-  h = (h ^ std::bit_cast<std::uint64_t>(x + 0.0)) * 0x9e3779b97f4a7c15;  // + 0.0: −0 is 0
-  return h ^ (h >> 29);
-}
-
 // One number per node that depends on its coordinates alone.
-std::uint64_t name_of(const Point2& p, double z) { return mixed(mixed(mixed(0, p.x), p.y), z); }
+std::uint64_t name_of(const Point2& p, double z) { return hash_of(z, hash_of(p)); }
 
 // What one scan tells of itself.
 struct Relief {
@@ -133,19 +128,42 @@ Array<double> areas_of_nodes(const CellView& cells) {
 }
 
 struct Biases {
-  Sum area, floor_above, floor_below, with_null, without;
+  FixedSum area, floor_above, floor_below, with_null, without;
+
+  Biases() = default;
+  explicit Biases(const SumScales& scales)
+      : area(scales.area),
+        floor_above(scales.volume),
+        floor_below(scales.volume),
+        with_null(scales.volume),
+        without(scales.volume) {}
+
   void add(const Biases& b) {
     area.add(b.area), floor_above.add(b.floor_above), floor_below.add(b.floor_below);
     with_null.add(b.with_null), without.add(b.without);
   }
 };
 
+double largest(std::span<const double> values) {
+  double most = 0;
+  for (const double v : values) most = std::max(most, std::fabs(v));  // what is no number is not larger
+  return most;
+}
+
+// Of the differences below: what the model, the chords and the noise make together.
+SumBounds bounds_of(const CellView& cells, const NullDifference& null, std::span<const double> model) {
+  double random = 0;
+  for (const Array<double>& draw : null.random) random = std::max(random, largest(draw));
+  return {isopach::bounds_of(cells).area, largest(model) + largest(null.chord) + random};
+}
+
 Biases biases_of(const CellView& cells, const NullDifference& null, std::span<const double> model) {
   const double share = 1 / static_cast<double>(null.random.size());
+  const SumScales scales(bounds_of(cells, null, model));
   return reduce_blocks<Biases>(
       items_of(cells), default_block,
       [&](std::size_t begin, std::size_t end) {
-        Biases b;
+        Biases b(scales);
         for_common(cells, begin, end, [&](const CommonCell& cell, std::size_t) {
           const double area = cell.cell().area;
           b.area.add(area);
@@ -208,8 +226,8 @@ NoiseFloor noise_floor(const CellView& cells, const NullDifference& null, const 
   if (!(area > 0)) return f;
   f.above = b.floor_above.value();
   f.below = b.floor_below.value();
-  f.rho = (f.above + f.below) / area;
-  const double bias = b.with_null.value() - b.without.value();
+  f.rho = total(b.floor_above, b.floor_below) / area;
+  const double bias = difference(b.with_null, b.without);
   f.debiased.net = measured.net;
   f.debiased.absolute = std::max(std::fabs(measured.net), measured.absolute - bias);
   f.debiased.above = (f.debiased.absolute + measured.net) / 2;

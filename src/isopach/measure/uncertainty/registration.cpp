@@ -134,8 +134,10 @@ double variance(const MotionGradient& g, const PoseCovariance& covariance) {
 }
 
 VolumeMotions volume_motions(const CellView& cells, const Point3& centre, const Context& context) {
-  return sum_over(items_of(cells), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
-    for_common(cells, begin, end, [&](const CommonCell& c, std::size_t) {
+  const std::vector<std::size_t> order = items_in_order(cells);
+  return sum_over(order.size(), context, [&](std::size_t begin, std::size_t end, MotionSums& part) {
+    for (std::size_t i = begin; i < end; ++i) {
+      const CommonCell c = of_item(cells, order[i]);
       Facet f;
       for (std::size_t k = 0; k < 3; ++k) {
         const Corner corner = c.corner(k);
@@ -143,7 +145,7 @@ VolumeMotions volume_motions(const CellView& cells, const Point3& centre, const 
         f.d[k] = corner.d();
       }
       part.add(f, centre);
-    });
+    }
   });
 }
 
@@ -161,7 +163,7 @@ Array<double> height_deviations(const OverlayMesh& b, const PoseCovariance& cova
   std::vector<Rise> round(b.xy.size());
   for (std::size_t t = 0; t < b.t.real; ++t) {
     if (!b.kept.empty() && b.kept[t] == 0) continue;
-    const auto& v = b.t.triangles[t].v;
+    const std::array<Index, 3> v = from_first_corner(b.t.triangles[t].v);
     std::array<Point3, 3> p;
     for (std::size_t k = 0; k < 3; ++k) p[k] = {b.xy[v[k]].x, b.xy[v[k]].y, b.z[v[k]]};
     const double area = triangle_area(b.xy[v[0]], b.xy[v[1]], b.xy[v[2]]);

@@ -49,7 +49,7 @@ struct Share {
 // The three barycentric coordinates of a point in a triangle.
 class Barycentric {
  public:
-  Barycentric(const OverlayMesh& mesh, Index triangle) : node_(mesh.t.triangles[triangle].v) {
+  Barycentric(const OverlayMesh& mesh, Index triangle) : node_(from_first_corner(mesh.t.triangles[triangle].v)) {
     for (std::size_t k = 0; k < 3; ++k) p_[k] = mesh.xy[node_[k]];
     area_ = triangle_area(p_[0], p_[1], p_[2]);
   }
@@ -197,17 +197,19 @@ double correlation(CorrelationShape shape, double range, double r) {
 NodeWeights weights_of_cells(const CellView& cells, const Context& context) {
   context.check();
   NodeWeights w = zeros(cells.xy.size());
-  for_common(cells, [&](const CommonCell& c) {
+  for (const std::size_t item : items_in_order(cells)) {
+    const CommonCell c = of_item(cells, item);
     const auto parts = corner_weights(c.cell());
     for (std::size_t k = 0; k < 3; ++k)
       c.for_nodes(k, [&](Index node, double share) { add_to(w[node], share, parts[k]); });
-  });
+  }
   return w;
 }
 
 NodeWeights weights_at_borders(NodeWeights of_cells, const CellView& cells, std::size_t scan) {
-  for (const CellPiece& piece : cells.pieces) {
-    const CommonCell c = of_piece(cells, piece);
+  for (const std::size_t item : items_in_order(cells)) {
+    if (item < cells.t.real) continue;
+    const CommonCell c = of_item(cells, item);
     const auto parts = corner_weights(c.cell());
     for (std::size_t k = 0; k < 3; ++k) {
       if (!c.on_border(scan, k)) continue;

@@ -42,10 +42,11 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
     std::size_t count = 0;
     Sum area;
   };
-  std::vector<Part> parts((items_of(cells) + default_block - 1) / default_block);
-  for_blocks(items_of(cells), default_block, [&](std::size_t begin, std::size_t end) {
+  const std::vector<std::size_t> order = items_in_order(cells);
+  std::vector<Part> parts((order.size() + default_block - 1) / default_block);
+  for_blocks(order.size(), default_block, [&](std::size_t begin, std::size_t end) {
     Part& part = parts[begin / default_block];
-    for_cells(cells, begin, end, [&](const Cell& c) { ++part.count, part.area.add(c.area); });
+    for (std::size_t i = begin; i < end; ++i) ++part.count, part.area.add(of_item(cells, order[i]).cell().area);
   });
   Part total;
   std::vector<double> before;
@@ -56,7 +57,7 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
   Draw result;
   Array<Drawn>& drawn = result.cells;
   if (total.count <= most) {
-    for_common(cells, 0, items_of(cells), [&](const CommonCell&, std::size_t item) { drawn.push_back({item, 1}); });
+    for (const std::size_t item : order) drawn.push_back({item, 1});
     return result;
   }
   result.is_sample = true;
@@ -69,12 +70,12 @@ Draw draw(const CellView& cells, std::size_t most, const Context& context) {
     const double end = b + 1 < parts.size() ? before[b + 1] : HUGE_VAL;
     if (place(next) >= end) continue;
     double reached = before[b];
-    const std::size_t last = std::min(items_of(cells), (b + 1) * default_block);
-    for_common(cells, b * default_block, last, [&](const CommonCell& c, std::size_t item) {
-      const double area = c.cell().area;
+    const std::size_t last = std::min(order.size(), (b + 1) * default_block);
+    for (std::size_t i = b * default_block; i < last; ++i) {
+      const double area = of_item(cells, order[i]).cell().area;
       reached += area;
-      for (; next < most && place(next) < reached; ++next) drawn.push_back({item, stretch / area});
-    });
+      for (; next < most && place(next) < reached; ++next) drawn.push_back({order[i], stretch / area});
+    }
   }
   return result;
 }

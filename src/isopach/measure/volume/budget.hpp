@@ -13,7 +13,7 @@ struct RegionSums {
 };
 
 /// One row a region, in their order; regions may overlap, each counts on its own. Cells that a region covers count as
-/// they are, the others by their pieces. Compensated sums over fixed blocks. Cost O(cells + pieces). Oracle:
+/// they are, the others by their pieces. Exact sums (base/fixed_sum.hpp). Cost O(cells + pieces). Oracle:
 /// tests/measure/source_test.cpp (every triangle clipped with every polygon by another library).
 [[nodiscard]] std::vector<RegionSums> budget(const CellView& cells, const Regions& regions, const Context& context);
 [[nodiscard]] std::vector<RegionSums> budget(const OverlayCells& cells, const Regions& regions, const Context& context);

@@ -7,8 +7,8 @@
 #include <utility>
 #include <vector>
 
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
 #include "isopach/measure/source.hpp"
 
 namespace isopach {
@@ -47,18 +47,33 @@ struct Interval {
   return result;
 }
 
+// Sums of areas that are put together must lie on one grid. A cell adds at most, in absolute value: in an interval 5
+// times its area to a coefficient; in a histogram its area 34 times to one edge or another, if its pieces are short,
+// and (1 + 15²) times at either end of each of its two pieces, if they are long (roots lie at most 103 edges away from
+// the edges that count, or on the far side, and a long piece is over 8 wide, so that ratios stay below 15).
+constexpr double times_its_area = 1024;
+
+// Densities steer a search and decide nothing, so that those of cells far flatter than the interval are cut short: their
+// sum has a bound then.
+[[nodiscard]] inline double most_density(double area, const Interval& v) {
+  constexpr double steepest = 0x1p30, largest = 0x1p800;
+  return std::min(steepest * (area / (v.high - v.low)), largest);
+}
+[[nodiscard]] inline FixedScale density_scale(double most) { return FixedScale{0x1p40, most}; }  // as many cells
+
 // What a block of cells adds to the area where d ≤ v, for v in one interval.
 struct Share {
-  Sum before;                                   // cells that end below the interval and not below the one before it
-  std::array<Sum, 3> quadratic;                 // cells without a corner inside, in u = (v − low) / (high − low)
-  std::vector<Cell> cut;                        // cells with one
-  std::vector<std::pair<double, double>> flat;  // constant cells: value, area
+  FixedSum before;                                // cells that end below the interval and not below the one before it
+  std::array<FixedSum, 3> quadratic;              // cells without a corner inside, in u = (v − low) / (high − low)
+  std::vector<Cell> cut;                          // cells with one
+  std::vector<std::pair<double, FixedSum>> flat;  // constant cells: value, area
+
+  explicit Share(const FixedScale& scale)
+      : before(scale), quadratic{FixedSum(scale), FixedSum(scale), FixedSum(scale)}, scale_(scale) {}
 
   void add_flat(double d, double area) {
-    if (!flat.empty() && flat.back().first == d)
-      flat.back().second += area;
-    else
-      flat.emplace_back(d, area);
+    if (flat.empty() || flat.back().first != d) flat.emplace_back(d, FixedSum(scale_));
+    flat.back().second.add(area);
   }
   void add(const Cell& cell, const Interval& v) {
     const auto [d0, d1, d2] = cell.d;
@@ -81,12 +96,16 @@ struct Share {
       cut.push_back(cell);
     }
   }
+
+ private:
+  FixedScale scale_;
 };
 
 // What a block of cells adds, interval by interval; one more, for what ends behind all.
 class Shares {
  public:
-  explicit Shares(const std::vector<Interval>& intervals) : intervals_(&intervals), shares_(intervals.size() + 1) {}
+  Shares(const std::vector<Interval>& intervals, const FixedScale& scale)
+      : intervals_(&intervals), shares_(intervals.size() + 1, Share(scale)) {}
 
   void add(const Cell& cell) {        // values sorted
     std::size_t first = 0, last = 0;  // intervals that the cell reaches into
@@ -98,7 +117,7 @@ class Shares {
     shares_[last].before.add(cell.area);
   }
   /// Cells that end before interval k and not before the one before it, and reach into none.
-  void add_between(std::size_t k, double area) { shares_[k].before.add(area); }
+  void add_between(std::size_t k, const FixedSum& area) { shares_[k].before.add(area); }
 
   [[nodiscard]] const Share& operator[](std::size_t k) const { return shares_[k]; }
 
@@ -110,8 +129,13 @@ class Shares {
 // Area where d ≤ v, exactly, for v in given intervals: from the shares of all blocks.
 class AreaUpTo {
  public:
-  AreaUpTo(const std::vector<Interval>& intervals, std::vector<Shares> of_blocks)
-      : intervals_(intervals), shares_(std::move(of_blocks)), total_(intervals.size()) {
+  /// `area`: of all cells.
+  AreaUpTo(const std::vector<Interval>& intervals, std::vector<Shares> of_blocks, const FixedScale& scale, double area)
+      : intervals_(intervals),
+        shares_(std::move(of_blocks)),
+        total_(intervals.size(), Share(scale)),
+        scale_(scale),
+        area_(area) {
     for (const Shares& shares : shares_)
       for (std::size_t k = 0; k < intervals.size(); ++k) {
         for (std::size_t j = k; j < intervals.size(); ++j) total_[j].before.add(shares[k].before);
@@ -124,19 +148,22 @@ class AreaUpTo {
   [[nodiscard]] Growth operator()(double v, Holds&& holds) const {
     std::size_t k = 0;
     while (k + 1 < intervals_.size() && intervals_[k].high < v) ++k;
+    const auto& [low, high] = intervals_[k];
     struct Sums {
-      Sum area, density;
+      FixedSum area, density;
     };
+    const double most = most_density(area_, intervals_[k]);
+    const Sums none{FixedSum(scale_), FixedSum(density_scale(most))};
     const Sums sums = reduce_blocks<Sums>(
         shares_.size(), 1,
         [&](std::size_t b, std::size_t) {
-          Sums part;
+          Sums part = none;
           for (const auto& [d, area] : shares_[b][k].flat)
             if (holds(d)) part.area.add(area);
           for (const Cell& cell : shares_[b][k].cut) {
             const Growth g = growth_of_d(cell, v);
             part.area.add(g.area);
-            part.density.add(g.density);
+            part.density.add(std::min(g.density, most));
           }
           return part;
         },
@@ -144,7 +171,6 @@ class AreaUpTo {
           total.area.add(part.area);
           total.density.add(part.density);
         });
-    const auto& [low, high] = intervals_[k];
     const double u = (v - low) / (high - low);
     const auto c = [&](std::size_t i) { return total_[k].quadratic[i].value(); };
     return {total_[k].before.value() + (c(0) + u * (c(1) + u * c(2))) + sums.area.value(),
@@ -155,14 +181,19 @@ class AreaUpTo {
   const std::vector<Interval>& intervals_;
   std::vector<Shares> shares_;
   std::vector<Share> total_;
+  FixedScale scale_;
+  double area_;
 };
 
 // Area up to each edge of even bins, as running sums of quadratics in the number of the edge.
 class EdgeSums {
  public:
   EdgeSums() = default;
-  EdgeSums(double low, double high, std::size_t count)
-      : low_(low), per_unit_(static_cast<double>(count) / (high - low)), edges_(count + 1), c_(count + 2) {}
+  EdgeSums(double low, double high, std::size_t count, const FixedScale& scale)
+      : low_(low), per_unit_(static_cast<double>(count) / (high - low)), edges_(count + 1) {
+    const FixedSum none(scale);
+    c_.assign(count + 2, {none, none, none});
+  }
 
   /// The number of edges below d: grows with d.
   [[nodiscard]] std::size_t edges_below(double d) const { return first_edge((d - low_) * per_unit_); }
@@ -170,25 +201,27 @@ class EdgeSums {
 
   void add(const Cell& cell) {  // values sorted
     std::array<double, 3> u = cell.d;
-    for (double& x : u) x = (x - low_) * per_unit_;
+    constexpr double far = 1e100;  // far beyond all edges; squares of it are numbers still
+    for (double& x : u) x = std::clamp((x - low_) * per_unit_, -far, far);
     const std::size_t k0 = first_edge(u[0]), k1 = first_edge(u[1]), k2 = first_edge(u[2]);
     if (k1 > k0) piece(k0, k1, 0, cell.area / ((u[1] - u[0]) * (u[2] - u[0])), u[0]);
     if (k2 > k1) piece(k1, k2, cell.area, -cell.area / ((u[2] - u[0]) * (u[2] - u[1])), u[2]);
-    c_[k2][0] += cell.area;
+    c_[k2][0].add(cell.area);
   }
   /// Cells that lie between edge k − 1 and edge k.
-  void add_between(std::size_t k, double area) { c_[k][0] += area; }
+  void add_between(std::size_t k, const FixedSum& area) { c_[k][0].add(area); }
+
   void add(const EdgeSums& other) {
     if (c_.empty()) {
       *this = other;
       return;
     }
     for (std::size_t k = 0; k < c_.size(); ++k)
-      for (std::size_t i = 0; i < 3; ++i) c_[k][i] += other.c_[k][i];
+      for (std::size_t i = 0; i < 3; ++i) c_[k][i].add(other.c_[k][i]);
   }
   [[nodiscard]] std::vector<double> values() const {
     std::vector<double> f(edges_);
-    std::array<Sum, 3> sum;
+    std::array<FixedSum, 3> sum;
     for (std::size_t k = 0; k < edges_; ++k) {
       for (std::size_t i = 0; i < 3; ++i) sum[i].add(c_[k][i]);
       const auto x = static_cast<double>(k);
@@ -210,21 +243,21 @@ class EdgeSums {
       for (std::size_t k = from; k < to; ++k) {
         const double x = static_cast<double>(k) - root;
         const double value = constant + factor * x * x;
-        c_[k][0] += value;
-        c_[k + 1][0] -= value;
+        c_[k][0].add(value);
+        c_[k + 1][0].add(-value);
       }
       return;
     }
     const std::array<double, 3> coefficients{constant + factor * root * root, -2 * factor * root, factor};
     for (std::size_t i = 0; i < 3; ++i) {
-      c_[from][i] += coefficients[i];
-      c_[to][i] -= coefficients[i];
+      c_[from][i].add(coefficients[i]);
+      c_[to][i].add(-coefficients[i]);
     }
   }
 
   double low_ = 0, per_unit_ = 0;
   std::size_t edges_ = 0;
-  std::vector<std::array<double, 3>> c_;
+  std::vector<std::array<FixedSum, 3>> c_;
 };
 
 }  // namespace isopach

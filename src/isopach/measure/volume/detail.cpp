@@ -3,10 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/source.hpp"
+#include "isopach/measure/volume/totals.hpp"
 
 namespace isopach {
 
@@ -18,33 +20,45 @@ bool is_kept(const OverlayMesh& m, Index triangle) {
   return !m.t.is_ghost(triangle) && (m.kept.empty() || m.kept[triangle] != 0);
 }
 
+/// Differences are of heights of the one scan and of the other, on whose nodes or between them.
+SumBounds bounds_of_both(const OverlayMesh& a, const OverlayMesh& b) {
+  Box2 box;
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const OverlayMesh* m : {&a, &b})
+    for (std::size_t i = 0; i < m->xy.size(); ++i)
+      box.add(m->xy[i]), low = std::min(low, m->z[i]), high = std::max(high, m->z[i]);
+  if (box.empty()) return {};
+  return {(box.max.x - box.min.x) * (box.max.y - box.min.y), high - low};
+}
+
 double area_of(const OverlayMesh& m, std::size_t triangle) {
-  const auto& v = m.t.triangles[triangle].v;
+  const std::array<Index, 3> v = from_first_corner(m.t.triangles[triangle].v);
   return std::max(0.0, triangle_area(m.xy[v[0]], m.xy[v[1]], m.xy[v[2]]));
 }
 
-double area_per_node(const OverlayMesh& m) {
-  const Sum area = reduce_blocks<Sum>(
+double area_per_node(const OverlayMesh& m, const FixedScale& scale) {
+  const FixedSum area = reduce_blocks<FixedSum>(
       m.t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        Sum part;
+        FixedSum part(scale);
         for (std::size_t i = begin; i < end; ++i)
           if (is_kept(m, static_cast<Index>(i))) part.add(area_of(m, i));
         return part;
       },
-      [](Sum& total, const Sum& part) { total.add(part); });
+      [](FixedSum& total, const FixedSum& part) { total.add(part); });
   return m.xy.empty() ? 0 : area.value() / static_cast<double>(m.xy.size());
 }
 
-/// A third of the area of the kept triangles at each node. In the order of the triangles.
-Array<double> node_areas(const OverlayMesh& m) {
-  Array<double> w(m.xy.size());
-  std::fill(w.begin(), w.end(), 0.0);
+/// A third of the area of the kept triangles at each node.
+Array<double> node_areas(const OverlayMesh& m, const FixedScale& scale) {
+  std::vector<FixedSum> sums(m.xy.size(), FixedSum(scale));
   for (Index i = 0; i < m.t.real; ++i) {
     if (!is_kept(m, i)) continue;
     const double third = area_of(m, i) / 3;
-    for (const Index node : m.t.triangles[i].v) w[node] += third;
+    for (const Index node : m.t.triangles[i].v) sums[node].add(third);
   }
+  Array<double> w(m.xy.size());
+  for_each_index(w.size(), [&](std::size_t i) { w[i] = sums[i].value(); });
   return w;
 }
 
@@ -124,12 +138,16 @@ Array<unsigned char> known_nodes(const OverlayMesh& coarse, const OverlayMesh& f
   return known;
 }
 
-struct Totals {
-  Sum area, signed_sum, size_sum;
+struct DetailSums {
+  FixedSum area, signed_sum, size_sum;
   Index averaged = 0, bare = 0;
+
+  DetailSums() = default;
+  explicit DetailSums(const SumScales& scales)
+      : area(scales.area), signed_sum(scales.volume), size_sum(scales.volume) {}
 };
 
-void combine(Totals& total, const Totals& part) {
+void combine(DetailSums& total, const DetailSums& part) {
   total.area.add(part.area);
   total.signed_sum.add(part.signed_sum);
   total.size_sum.add(part.size_sum);
@@ -139,21 +157,21 @@ void combine(Totals& total, const Totals& part) {
 
 double area_inside(const OverlayMesh& m, std::size_t triangle, const Domain& domain, Domain::Scratch& scratch) {
   ConvexCell cell;
-  for (const Index v : m.t.triangles[triangle].v) cell.add({m.xy[v].x, m.xy[v].y, 0, 0});
+  for (const Index v : from_first_corner(m.t.triangles[triangle].v)) cell.add({m.xy[v].x, m.xy[v].y, 0, 0});
   double area = 0;
   domain.for_pieces(cell, scratch, [&](const ConvexCell& piece) { area += piece.area(); });
   return area;
 }
 
-Totals add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gathered, const Array<unsigned char>& known,
-              const Domain& domain) {
-  return reduce_blocks<Totals>(
+DetailSums add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gathered, const Array<unsigned char>& known,
+                  const Domain& domain, const SumScales& scales) {
+  return reduce_blocks<DetailSums>(
       coarse.t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        Totals part;
+        DetailSums part(scales);
         Domain::Scratch scratch;
         for (std::size_t i = begin; i < end; ++i) {
-          const auto& v = coarse.t.triangles[i].v;
+          const std::array<Index, 3> v = from_first_corner(coarse.t.triangles[i].v);
           if (!is_kept(coarse, static_cast<Index>(i)) || (known[v[0]] & known[v[1]] & known[v[2]]) == 0) continue;
           const auto at = [&](Index node) { return coarse.other_z[node] - coarse.z[node]; };
           const double area = domain.is_everything() ? area_of(coarse, i) : area_inside(coarse, i, domain, scratch);
@@ -176,16 +194,17 @@ Totals add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gathered, 
 std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
                                             const Domain& domain, const Context& context) {
   context.check();
+  const SumScales scales(bounds_of_both(a, b));
   DetailMeasure m;
-  m.coarser_is_b = area_per_node(b) > area_per_node(a);
+  m.coarser_is_b = area_per_node(b, scales.area) > area_per_node(a, scales.area);
   const OverlayMesh& coarse = m.coarser_is_b ? b : a;
   const OverlayMesh& fine = m.coarser_is_b ? a : b;
-  const Array<double> weight = node_areas(fine);
+  const Array<double> weight = node_areas(fine, scales.area);
   std::vector<Gathered> gathered;
   Array<unsigned char> known;
   both([&] { gathered = gather(coarse, fine, weight); },
        [&] { known = known_nodes(coarse, fine, weight, extrapolate); });
-  const Totals total = add_up(coarse, gathered, known, domain);
+  const DetailSums total = add_up(coarse, gathered, known, domain, scales);
   m.area = total.area.value();
   if (!(m.area > 0)) return std::nullopt;
   m.rho = total.size_sum.value() / m.area;

@@ -17,45 +17,68 @@ namespace {
 
 constexpr std::size_t block = 1 << 14;
 
-// One of the cells of an item, and the area that it stands for.
-std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, std::size_t draw) {
+// One of the cells of an item, and the area that it stands for. `draw` is in [0, 1).
+std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, double draw) {
   double area = 0;
   for (const Cell& cell : cells) area += cell.area;
-  double left = RandomStream(0, 1).uniform(draw) * area;
+  double left = draw * area;
   std::size_t k = 0;
   while (k + 1 < cells.size() && (left -= cells[k].area) >= 0) ++k;
   return {cells[k], area};
 }
 
-// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
+// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile. Which
+// items are in it, and where on them the points lie, follows from the items' names, so from coordinates alone.
 class Estimate {
  public:
   template <class Source>
-  explicit Estimate(const Source& source) {
-    constexpr std::size_t enough = 1 << 16;
-    const std::size_t n = items_of(source), step = n / enough + 1;
-    const RandomStream random(0, 0);
-    std::vector<Cell> cells;
-    for (std::size_t i = 0; i < n; i += step) {
-      const std::size_t k =
-          std::min(n - 1, i + static_cast<std::size_t>(random.uniform(3 * i) * static_cast<double>(step)));
-      cells.clear();
-      for_cells(source, k, k + 1, [&](const Cell& cell) { cells.push_back(cell); });
-      for (const Cell& cell : cells)
-        for (const double d : cell.d) largest_ = std::max(largest_, std::fabs(d));
-      if (cells.empty()) continue;
-      const auto [cell, area] = one_by_chance(cells, i);
-      double s = random.uniform(3 * i + 1), t = random.uniform(3 * i + 2);
-      if (s + t > 1) s = 1 - s, t = 1 - t;
-      points_.emplace_back(cell.d[0] + s * (cell.d[1] - cell.d[0]) + t * (cell.d[2] - cell.d[0]), area);
-    }
+  Estimate(const Source& source, const Context& context) {
+    constexpr double enough = 1 << 16;
+    const std::size_t n = items_of(source);
+    complete_ = static_cast<double>(n) <= enough;
+    const double share = complete_ ? 1 : enough / static_cast<double>(n);
+    struct Part {
+      Points points;
+      double largest = 0;
+    };
+    Part all = reduce_blocks<Part>(
+        n, block,
+        [&](std::size_t begin, std::size_t end) {
+          context.check();
+          Part part;
+          std::vector<Cell> cells;
+          for (std::size_t i = begin; i < end; ++i) {
+            if (!may_have_cells(source, i)) continue;
+            const std::uint64_t name = name_of(source, i);
+            if (!complete_ && RandomStream(0, 0).uniform(name) >= share) continue;
+            cells.clear();
+            for_cells(source, i, i + 1, [&](const Cell& cell) { cells.push_back(cell); });
+            for (const Cell& cell : cells)
+              for (const double d : cell.d) part.largest = std::max(part.largest, std::fabs(d));
+            if (!cells.empty()) part.points.push_back(point_on(cells, name));
+          }
+          return part;
+        },
+        [](Part& total, const Part& part) {
+          total.points.insert(total.points.end(), part.points.begin(), part.points.end());
+          total.largest = std::max(total.largest, part.largest);
+        });
+    points_ = std::move(all.points);
+    largest_ = all.largest;
     std::sort(points_.begin(), points_.end());
+    mirrored_ = leans_below();
+    if (mirrored_) {
+      for (auto& [d, area] : points_) d = -d;
+      std::sort(points_.begin(), points_.end());
+    }
     double squares = 0;
     for (const auto& [d, area] : points_) area_ += area, squares += area * area;
     deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
-    complete_ = step == 1;
   }
 
+  /// Whether all is told of −d: of the two ways to look at a pair of surfaces the one in which the sample reaches higher.
+  /// Areas up to v round differently from both ends, so that both orders of the surfaces must look from the same one.
+  [[nodiscard]] bool mirrored() const { return mirrored_; }
   /// The largest |d| of the cells looked at: of all cells, if `complete()`.
   [[nodiscard]] double largest() const { return largest_; }
   [[nodiscard]] bool complete() const { return complete_; }
@@ -89,6 +112,21 @@ class Estimate {
  private:
   using Points = std::vector<std::pair<double, double>>;  // value, area that it stands for; ascending
 
+  [[nodiscard]] bool leans_below() const {  // points ascending
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      const double above = points_[points_.size() - 1 - i].first, below = -points_[i].first;
+      if (above != below) return above < below;
+    }
+    return false;
+  }
+
+  static std::pair<double, double> point_on(std::span<const Cell> cells, std::uint64_t name) {
+    const auto [cell, area] = one_by_chance(cells, RandomStream(0, 1).uniform(name));
+    double s = RandomStream(0, 2).uniform(name), t = RandomStream(0, 3).uniform(name);
+    if (s + t > 1) s = 1 - s, t = 1 - t;
+    return {cell.d[0] + s * (cell.d[1] - cell.d[0]) + t * (cell.d[2] - cell.d[0]), area};
+  }
+
   [[nodiscard]] Points folded(double centre) const {
     Points below, above, all;
     for (const auto& [d, area] : points_) (d < centre ? below : above).emplace_back(std::fabs(d - centre), area);
@@ -98,7 +136,7 @@ class Estimate {
 
   Points points_;
   double area_ = 0, deviation_ = 1, largest_ = 0;
-  bool complete_ = false;
+  bool complete_ = false, mirrored_ = false;
 };
 
 // A quantile on the way: its bracket, and that of its centre where this is a quantile itself.
@@ -173,8 +211,13 @@ struct Search {
 // it is quiet if no interval of a quantile reaches into it.
 class Plan {
  public:
-  Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins)
-      : intervals(std::move(of_quantiles)), no_edges(-half, half, bins), quiet_(bins + 2, 1), next_(bins + 2) {
+  Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins, const SumScales& for_sums, bool is_mirrored)
+      : intervals(std::move(of_quantiles)),
+        scales(for_sums),
+        mirrored(is_mirrored),
+        no_edges(-half, half, bins, for_sums.area),
+        quiet_(bins + 2, 1),
+        next_(bins + 2) {
     for (const Interval& i : intervals) {
       const std::size_t first = slot_of(i.low), last = slot_of(i.high);
       std::fill(quiet_.begin() + static_cast<std::ptrdiff_t>(first),
@@ -190,6 +233,8 @@ class Plan {
   [[nodiscard]] std::size_t next_interval(std::size_t slot) const { return next_[slot]; }
 
   const std::vector<Interval> intervals;
+  const SumScales scales;
+  const bool mirrored;  // all is told of −d
   const EdgeSums no_edges;
 
  private:
@@ -197,29 +242,33 @@ class Plan {
   std::vector<std::size_t> next_;
 };
 
-// All that a block of cells adds.
+// All that a block of cells adds. The area of a cell is added once, to the sum that most of the others are made of.
 struct Tally {
   const Plan& plan;
-  Totals totals{};
+  Totals totals{plan.scales};
   EdgeSums edges = plan.no_edges;
-  Shares shares{plan.intervals};
-  std::vector<Sum> within = std::vector<Sum>(plan.slots());  // cells within one slot
+  Shares shares{plan.intervals, plan.scales.area};
+  std::vector<FixedSum> within = std::vector<FixedSum>(plan.slots(), FixedSum(plan.scales.area));  // cells in one slot
 
   void add(const Cell& unsorted) {
-    const Cell cell = sorted(unsorted);
-    totals.add(cell);
+    Cell cell = sorted(unsorted);
+    if (plan.mirrored) cell.d = {-cell.d[2], -cell.d[1], -cell.d[0]};
+    totals.add_heights(cell);
     const std::size_t slot = plan.slot_of(cell.d[0]);
     const bool is_within = plan.slot_of(cell.d[2]) == slot;
-    if (is_within)
+    if (is_within) {
       within[slot].add(cell.area);
-    else
+    } else {
+      totals.of.area.add(cell.area);
       edges.add(cell);
+    }
     if (!(is_within && plan.is_quiet(slot))) shares.add(cell);
   }
   void close() {
     for (std::size_t slot = 0; slot < within.size(); ++slot) {
-      edges.add_between(slot, within[slot].value());
-      if (plan.is_quiet(slot)) shares.add_between(plan.next_interval(slot), within[slot].value());
+      totals.of.area.add(within[slot]);
+      edges.add_between(slot, within[slot]);
+      if (plan.is_quiet(slot)) shares.add_between(plan.next_interval(slot), within[slot]);
     }
   }
 };
@@ -238,7 +287,7 @@ Pass pass_over(const Source& cells, const Plan& plan, const Context& context) {
     EdgeSums edges;
   };
   Pass pass;
-  pass.shares.assign((items_of(cells) + block - 1) / block, Shares(plan.intervals));
+  pass.shares.assign((items_of(cells) + block - 1) / block, Shares(plan.intervals, plan.scales.area));
   const Sums sums = reduce_blocks<Sums>(
       items_of(cells), block,
       [&](std::size_t begin, std::size_t end) {
@@ -291,6 +340,17 @@ void solve(std::vector<Search>& searches, const AreaUpTo& area, double whole, do
   }
 }
 
+// The same of d where it was of −d.
+void mirror(Totals& t) {
+  std::swap(t.of.above, t.of.below);
+  std::swap(t.max_above, t.max_below);
+}
+Quantile mirrored(Quantile q) {
+  q.centre = -q.centre;
+  if (!q.absolute) q.share = 1 - q.share;
+  return q;
+}
+
 Histogram histogram_of(double half, std::vector<double> area_up_to_edges, double area) {
   const std::size_t bins = area_up_to_edges.size() - 1;
   const auto count = static_cast<double>(bins);
@@ -313,39 +373,38 @@ double area_below(const Cell& cell, double v) {
   return cell.area - cell.area * ((d2 - v) / (d2 - d0)) * ((d2 - v) / (d2 - d1));
 }
 
-double bound_of_difference(const CellView& cells) {
-  double bound = 0;
-  for_cells(cells, 0, items_of(cells), [&](const Cell& cell) {
-    for (const double d : cell.d) bound = std::max(bound, std::fabs(d));
-  });
-  return bound;
-}
-
-double bound_of_difference(const OverlayCells& cells) { return cells.overlay.bound_of_difference(); }
-
 template <class Source>
 Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins, const Context& context) {
   context.check();
-  const Estimate estimate(cells);
-  const double limit = estimate.complete() ? estimate.largest() : bound_of_difference(cells);
+  const SumBounds bounds = bounds_of(cells);
+  const SumScales scales(bounds, times_its_area);
+  const Estimate estimate(cells, context);
+  const double limit = estimate.complete() ? estimate.largest() : bounds.difference;
   // Wide enough for most of the area, not for the last outlier.
   double half = std::min(estimate.largest(), 1.5 * estimate.absolute_quantile(0.99));
   if (!(half > 0)) half = estimate.largest() > 0 ? estimate.largest() : (limit > 0 ? limit : 1);
-  std::vector<Search> searches = searches_for(wanted, estimate, limit);
-  const Plan plan(intervals_of(searches), half, bins);
+  std::vector<Quantile> sought = wanted;
+  if (estimate.mirrored()) std::transform(wanted.begin(), wanted.end(), sought.begin(), mirrored);
+  std::vector<Search> searches = searches_for(sought, estimate, limit);
+  const Plan plan(intervals_of(searches), half, bins, scales, estimate.mirrored());
   Pass pass = pass_over(cells, plan, context);
   Described result{pass.totals, {}, {}};
-  const double area = pass.totals.area.value();
+  const double area = pass.totals.of.area.value();
   if (!(area > 0)) return result;
   result.histogram = pass.totals.largest() > 0 ? histogram_of(half, std::move(pass.area_up_to_edges), area)
                                                : Histogram{{-1, 1}, {area}};
-  solve(searches, AreaUpTo(plan.intervals, std::move(pass.shares)), area, limit);
+  solve(searches, AreaUpTo(plan.intervals, std::move(pass.shares), scales.area, area), area, limit);
   for (auto intervals = intervals_of(searches); !intervals.empty(); intervals = intervals_of(searches)) {
     context.check();
-    const Plan again(std::move(intervals), half, bins);
-    solve(searches, AreaUpTo(again.intervals, pass_over(cells, again, context).shares), area, limit);
+    const Plan again(std::move(intervals), half, bins, scales, estimate.mirrored());
+    solve(searches, AreaUpTo(again.intervals, pass_over(cells, again, context).shares, scales.area, area), area, limit);
   }
-  for (const Search& s : searches) result.quantiles.push_back(*s.found);
+  for (const Search& s : searches)
+    result.quantiles.push_back(estimate.mirrored() && !s.wanted.absolute ? 0.0 - *s.found : *s.found);
+  if (estimate.mirrored()) {
+    mirror(result.totals);
+    std::reverse(result.histogram.areas.begin(), result.histogram.areas.end());
+  }
   return result;
 }
 

@@ -6,7 +6,6 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/volume/distribution.hpp"
 #include "isopach/measure/volume/steps.hpp"
@@ -32,12 +31,9 @@ Parts corner_above(double area, double c, double a, double b) {
 // All but the distribution.
 Measures measures_of(const Totals& t) {
   Measures m;
-  m.area = t.area.value();
+  m.area = t.of.area.value();
   if (!(m.area > 0)) return m;
-  m.volume.above = t.above.value();
-  m.volume.below = t.below.value();
-  m.volume.net = m.volume.above - m.volume.below;
-  m.volume.absolute = m.volume.above + m.volume.below;
+  m.volume = t.of.volume();
   m.rho = m.volume.absolute / m.area;
   DifferenceStatistics& d = m.difference;
   d.mean = m.volume.net / m.area;
@@ -52,10 +48,11 @@ Measures measures_of(const Totals& t) {
 template <class Source>
 Measures sums_over(const Source& cells, const Context& context) {
   context.check();
+  const SumScales scales(bounds_of(cells));
   return measures_of(reduce_blocks<Totals>(
       items_of(cells), block,
       [&](std::size_t begin, std::size_t end) {
-        Totals part;
+        Totals part(scales);
         for_cells_in_steps(cells, begin, end, context, [&](const Cell& cell) { part.add(sorted(cell)); });
         return part;
       },

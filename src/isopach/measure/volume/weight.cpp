@@ -36,11 +36,12 @@ double slope_of(const OverlayMesh& m, Index triangle) {
 struct CommonParts {
   const CellView& cells;
   std::span<const double> mu;
+  std::vector<std::size_t> order = items_in_order(cells);
 
-  [[nodiscard]] std::size_t items() const { return items_of(cells); }
+  [[nodiscard]] std::size_t items() const { return order.size(); }
   template <class F>
   void for_parts(std::size_t begin, std::size_t end, F&& f) const {
-    for_common(cells, begin, end, [&](const CommonCell& c, std::size_t i) { f(i, part_of(c)); });
+    for (std::size_t i = begin; i < end; ++i) f(i, part_of(of_item(cells, order[i])));
   }
 
  private:
@@ -51,7 +52,7 @@ struct CommonParts {
       const Corner corner = cell.corner(k);
       part.v[k] = {corner.x, corner.y, corner.z1, corner.d(), weights[k]};
     }
-    const auto& v = cells.t.triangles[cell.triangle].v;
+    const std::array<Index, 3> v = cells.corners(cell.triangle);
     const auto of = [&](std::span<const double> z) {
       return slope(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]], z[v[0]], z[v[1]], z[v[2]]);
     };
