@@ -1,6 +1,7 @@
-// The three ways to make the common triangulation T: union_bench [N]. Prints the table of docs/method/localisation.md:
-// two sets, T from scratch in ns per node of the union, and linear merging, insertion and what isopach chooses as
-// shares of that. Medians, the ways taking turns; one thread by its CPU time, two by the wall clock.
+// The three ways to make the common triangulation T: union_bench [N [THREADS]]. Prints the table of
+// docs/method/localisation.md: two sets, T from scratch in ns per node of the union, and linear merging, insertion and
+// what isopach chooses as shares of that. Medians, the ways taking turns; one thread by its CPU time, two by the wall
+// clock.
 #include <fmt/format.h>
 
 #include <cmath>
@@ -36,6 +37,12 @@ bench::Points moved(bench::Points points, double factor, double dx, double dy) {
   return points;
 }
 
+bench::Points every_second(const bench::Points& points, std::size_t first) {
+  bench::Points some;
+  for (std::size_t i = first; i < points.size(); i += 2) some.push_back(points[i]);
+  return some;
+}
+
 bench::Points nodes_of(const Cloud& cloud) {
   bench::Points xy;
   for (const Point3& p : cloud.points) xy.push_back({p.x, p.y});
@@ -52,7 +59,8 @@ Sets zigzag(std::size_t n) {
 std::vector<Sets> all_sets(std::size_t n) {
   return {{"uniform", uniform(n, 1), uniform(n, 2)},
           {"scan lines", scan_lines(n, 1), scan_lines(n, 2)},
-          {"clusters", clustered(n, 1), clustered(n, 2)},
+          {"clusters, the same", every_second(clustered(2 * n, 1), 0), every_second(clustered(2 * n, 1), 1)},
+          {"clusters, others", clustered(n, 1), clustered(n, 2)},
           {"grid, and turned by 30°", grid(n, 1), rotated_grid(n, 1)},
           {"grid, and moved by half a cell", grid(n, 1), moved(grid(n, 1), 1, 0.5, 0.5)},
           {"grid, and every second node of it", grid(n, 1), moved(grid(n / 4, 1), 2, 0, 0)},
@@ -60,6 +68,8 @@ std::vector<Sets> all_sets(std::size_t n) {
           {"1/4 of the nodes", uniform(n, 1), uniform(n / 4, 2)},
           {"1/16 of the nodes", uniform(n, 1), uniform(n / 16, 2)},
           {"1/256 of the nodes", uniform(n, 1), uniform(n / 256, 2)},
+          {"0.98 of the ground shared", uniform(n, 1), moved(uniform(n, 2), 1, 0.02, 0)},
+          {"0.9 of the ground shared", uniform(n, 1), moved(uniform(n, 2), 1, 0.1, 0)},
           {"half the ground shared", uniform(n, 1), moved(uniform(n, 2), 1, 0.5, 0)},
           {"a tenth of the ground shared", uniform(n, 1), moved(uniform(n, 2), 1, 0.9, 0)},
           {"side by side", uniform(n, 1), moved(uniform(n, 2), 1, 1.05, 0)},
@@ -108,8 +118,8 @@ void run(const Sets& sets, int threads) {
                   {"merging", threads, merging, copies, free_all},
                   {"insertion", threads, [&] { inserted = by_insertion(r); }, [] {}, free_all},
                   {"chosen", threads, chosen, copies, free_all}},
-                 nodes > 1e6 ? 5 : 9);
-  const UnionShape shape = shape_of(r.g, r.pair.a.xy.size(), r.pair.b.xy.size());
+                 nodes > 1e5 ? 5 : 9);
+  const UnionShape shape = shape_of({{}, r.pair.a.xy, &r.where.a_in_b}, {{}, r.pair.b.xy, &r.where.b_in_a}, r.g);
   const bool gave_up = !by_insertion(r);
   fmt::print("| {} | {} + {} | {:.3f} | {:.0f} | {:.2f} | {:.2f}{} | {}, {:.2f} |\n", sets.name, r.pair.a.xy.size(),
              r.pair.b.xy.size(), static_cast<double>(shape.runs) / nodes, 1e9 * seconds[0] / nodes,
@@ -124,6 +134,7 @@ int main(int argc, char** argv) {
   const std::size_t n = argc > 1 ? std::strtoull(argv[1], nullptr, 10) : 1'000'000;
   isopach::bench::keep_heap();
   for (const int threads : {1, 2}) {
+    if (argc > 2 && threads != std::atoi(argv[2])) continue;
     fmt::print(
         "\n{}:\n\n| sets | nodes | runs per node | from scratch, ns per node | merging | insertion | chosen |\n"
         "|---|---|--:|--:|--:|--:|---|\n",

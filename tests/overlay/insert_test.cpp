@@ -16,8 +16,8 @@
 namespace isopach::test {
 namespace {
 
-constexpr InsertOptions unlimited{.most_tests = 1U << 30};
-constexpr InsertOptions in_small_blocks{.nodes_at_once = 5, .most_tests = 1U << 30};
+constexpr InsertOptions unlimited{.most_tests = 1U << 30, .most_tests_of_union = 1U << 30};
+constexpr InsertOptions in_small_blocks{.nodes_at_once = 5, .most_tests = 1U << 30, .most_tests_of_union = 1U << 30};
 
 // The nodes of g2 into the triangulation of g1, or the other way round. None if there is nothing to insert into.
 std::optional<Triangulation> inserted(const Case& c, bool second_into_first, const InsertOptions& options) {

@@ -1,5 +1,6 @@
 #include "isopach/overlay/insert.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdint>
@@ -14,6 +15,10 @@
 namespace isopach {
 
 namespace {
+
+// next_side and previous_side without a branch: which side a cavity is entered by, nobody can predict.
+constexpr Index side_after(Index side) { return (9U >> (2 * side)) & 3U; }
+constexpr Index side_before(Index side) { return (18U >> (2 * side)) & 3U; }
 
 // A node to be inserted, and the place of the triangle of the mesh that it lies in, or near.
 struct Guest {
@@ -100,7 +105,8 @@ class Inserter {
     return take_next(budget_.spent, more) + more > budget_.limit;
   }
 
-  void look_ahead(const Guests& guests, std::size_t i) const {
+  // Inlined, lest the compiler drops it (see prefetch).
+  [[gnu::always_inline]] void look_ahead(const Guests& guests, std::size_t i) const {
     constexpr std::size_t far = 12, near = 6;
     if (i + far >= guests.size()) return;
     prefetch(&t_[guests[i + far].place]);
@@ -114,10 +120,8 @@ class Inserter {
     dead_.clear(), rim_.clear(), open_.clear();
     has_ghosts_ = false;
     if (!find_first(node, at)) return no_index;
-    while (!open_.empty()) {
-      ++tests_;
-      if (!look_across(node)) return no_index;
-    }
+    while (!open_.empty())
+      if (!look_across(node, taken(open_.pop()))) return no_index;
     dead_.push_back(2 * node);
     dead_.push_back(2 * node + 1);
     has_ghosts_ ? fill<true>(node) : fill<false>(node);
@@ -138,14 +142,15 @@ class Inserter {
   };
 
   // For a cavity of d triangles: its rim has d + 2 sides, and no more are open at a time.
-  void make_room(std::size_t d) {
+  [[gnu::noinline]] void make_room(std::size_t d) {
     dead_.items.resize(d + 4);
     rim_.items.resize(d + 4);
     open_.items.resize(d + 4);
   }
 
   void kill(Index t) {
-    if (dead_.size + 4 > dead_.items.size()) make_room(2 * dead_.items.size());
+    if (dead_.size + 4 > dead_.items.size()) [[unlikely]]
+      make_room(2 * dead_.items.size());
     dead_.push_back(t);
   }
 
@@ -211,36 +216,50 @@ class Inserter {
     return opening;
   }
 
-  // Takes the last opening: what lies across is in conflict and opens its two other sides, or the side is of the rim.
-  // So sides come to the rim in counter-clockwise order. False if what lies across is out of reach.
-  bool look_across(Index node) {
-    const Opening o = open_.pop();
-    const Index t = triangle_of(o.twin), side = side_of(o.twin);
-    if (!places_.hold(t)) return false;
-    const Triangle& w = t_[t];
-    const Index next = next_side(side), previous = previous_side(side);
-    if (w.v[2] == no_index) [[unlikely]] {
-      if (!is_beyond(w, node)) {
+  // One by one: a wide load of what narrow stores have just written would wait for them.
+  static Opening taken(const Opening& o) {
+    return {o.twin, o.origin, {o.from.x, o.from.y, o.from.lift}, {o.to.x, o.to.y, o.to.lift}, o.area};
+  }
+
+  // What lies across is in conflict and opens its two other sides, the first of which is looked across at once; or the
+  // side is of the rim. So sides come to the rim in counter-clockwise order. False if what lies across is out of reach.
+  bool look_across(Index node, Opening o) {
+    const Point2& q = xy_[node];
+    for (;;) {
+      ++tests_;
+      const Index t = triangle_of(o.twin), side = side_of(o.twin);
+      if (!places_.hold(t)) return false;
+      const Triangle& w = t_[t];
+      if (w.v[2] == no_index) [[unlikely]]
+        return look_at_ghost(node, o);
+      // The triangle is (to, from, c).
+      const Index apex = w.v[side_before(side)];
+      const Offset c = offset(q, xy_[apex]);
+      const double from_c = cross(o.from, c), c_to = cross(c, o.to);
+      if (!is_in_conflict(w, node, circle_sign(o.to.lift, o.from.lift, c.lift, from_c, c_to, -o.area))) {
         rim_.push_back({o.twin, o.origin});
         return true;
       }
       kill(t);
-      has_ghosts_ = true;
-      open_.push_back(opening_of_ghost(node, t, previous));
-      open_.push_back(opening_of_ghost(node, t, next));
-      return true;
+      const HalfEdge later = w.n[side_before(side)];
+      prefetch(&t_[triangle_of(later)]);
+      open_.push_back({later, apex, c, o.to, c_to});
+      o.twin = w.n[side_after(side)];
+      o.to = c;
+      o.area = from_c;
     }
-    // The triangle is (to, from, c).
-    const Index apex = w.v[previous];
-    const Offset c = offset(xy_[node], xy_[apex]);
-    const double from_c = cross(o.from, c), c_to = cross(c, o.to);
-    if (!is_in_conflict(w, node, circle_sign(o.to.lift, o.from.lift, c.lift, from_c, c_to, -o.area))) {
+  }
+
+  bool look_at_ghost(Index node, const Opening& o) {
+    const Index ghost = triangle_of(o.twin), side = side_of(o.twin);
+    if (!is_beyond(t_[ghost], node)) {
       rim_.push_back({o.twin, o.origin});
       return true;
     }
-    kill(t);
-    open_.push_back({w.n[previous], apex, c, o.to, c_to});
-    open_.push_back({w.n[next], o.origin, o.from, c, from_c});
+    kill(ghost);
+    has_ghosts_ = true;
+    open_.push_back(opening_of_ghost(node, ghost, side_before(side)));
+    open_.push_back(opening_of_ghost(node, ghost, side_after(side)));
     return true;
   }
 
@@ -300,7 +319,7 @@ class Insertion {
     });
     result_.nodes = static_cast<Index>(n);
     result_.triangles.resize(2 * n);
-    budget_.limit = options.most_tests * (n - united_.size()) + 1000;
+    budget_.limit = std::min(options.most_tests * (n - united_.size()), options.most_tests_of_union * n) + 1000;
   }
 
   std::optional<Triangulation> run() {

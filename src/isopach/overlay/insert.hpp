@@ -30,8 +30,9 @@ struct NodesToInsert {
 
 struct InsertOptions {
   std::size_t nodes_at_once = std::size_t{1}
-                              << 15;  ///< of the union, a task for one thread; the numbering depends on it
-  std::uint64_t most_tests = 40;      ///< triangles looked at for a node inserted, on average
+                              << 15;       ///< of the union, a task for one thread; the numbering depends on it
+  std::uint64_t most_tests = 40;           ///< triangles looked at, on average for a node inserted
+  std::uint64_t most_tests_of_union = 10;  ///< … for a node of the union
 };
 
 /// The Delaunay triangulation of the united nodes `xy` (ids of these), equal to triangulate(xy) triangle by triangle;
@@ -39,11 +40,10 @@ struct InsertOptions {
 /// is node u of the union, and node u, when inserted, brings the places 2u and 2u + 1. So nothing is allocated for a
 /// node, and triangles lie in memory as their nodes lie on the curve. The numbering is another than that of
 /// triangulate. The same bits for any number of threads.
-/// Nothing is returned where more than options.most_tests triangles are tested or walked through for a node inserted,
-/// on average: it is quicker then to triangulate. Cost: O(n) for the copy and O(1) expected for a node of two meshes of
-/// the same ground; O(n) for a node at worst. Memory: the result and 8 bytes per node inserted. Degenerate: the mesh
-/// needs a real triangle; of the nodes to be inserted nothing is asked. Oracle: triangulate,
-/// tests/overlay/insert_test.cpp.
+/// Nothing is returned where more triangles are looked at than the options allow (uniform nodes: 11 a node inserted):
+/// it is quicker then to triangulate. Cost: O(n) for the copy and O(1) expected for a node of two meshes of the same
+/// ground; O(n) for a node at worst. Memory: the result and 8 bytes per node inserted. Degenerate: the mesh needs a
+/// real triangle; of the nodes to be inserted nothing is asked. Oracle: triangulate, tests/overlay/insert_test.cpp.
 [[nodiscard]] std::optional<Triangulation> insert(const MeshToExtend& mesh, const NodesToInsert& nodes,
                                                   std::span<const Point2> xy, const Context& context,
                                                   const InsertOptions& options = {});

@@ -15,11 +15,12 @@ enum class UnionMethod { insertion, merging, scratch };
 struct UnionShape {
   std::size_t nodes = 0;     ///< of the union
   std::size_t inserted = 0;  ///< of them, those that the mesh with more nodes lacks
+  std::size_t outside = 0;   ///< of these, those that lie outside of its hull
   std::size_t runs = 0;
 };
 
-/// n1 and n2 nodes make the union `g`. Cost O(n).
-[[nodiscard]] UnionShape shape_of(const UnitedNodes& g, std::size_t n1, std::size_t n2);
+/// Of the union `g` of the nodes of two meshes. Cost O(n).
+[[nodiscard]] UnionShape shape_of(const MeshToMerge& m1, const MeshToMerge& m2, const UnitedNodes& g);
 
 /// The way that is expected to be the cheapest, by the table in docs/method/localisation.md, section 4.
 [[nodiscard]] UnionMethod cheapest(const UnionShape& shape);
