@@ -8,32 +8,12 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/delaunay/validate.hpp"
 #include "isopach/overlay/localise.hpp"
+#include "tests/overlay/united_case.hpp"
 #include "tests/support/mesh.hpp"
 #include "tests/support/points.hpp"
-#include "tests/support/random.hpp"
 
 namespace isopach::test {
 namespace {
-
-struct Case {
-  CurveBox box;
-  Points g1, g2;
-  UnitedNodes g;
-};
-
-Case make_case(const Points& a, const Points& b) {
-  Case c;
-  c.g1 = distinct(a);
-  c.g2 = distinct(b);
-  Box2 extent;
-  for (const Point2& p : c.g1) extent.add(p);
-  for (const Point2& p : c.g2) extent.add(p);
-  c.box = curve_box(extent);
-  c.g1 = in_order(c.g1, c.box);
-  c.g2 = in_order(c.g2, c.box);
-  c.g = unite(c.g1, c.g2, c.box);
-  return c;
-}
 
 Triangulation merged(const Case& c, bool swapped = false) {
   const Points &g1 = swapped ? c.g2 : c.g1, &g2 = swapped ? c.g1 : c.g2;
@@ -53,27 +33,6 @@ void expect_merged(const Points& a, const Points& b) {
   ASSERT_EQ(triangle_set(t, c.g.xy), triangle_set(scratch, c.g.xy));
   EXPECT_EQ(t.real, scratch.real);
   EXPECT_TRUE(same_bytes(t, merged(c, true))) << "exchanged";
-}
-
-Points moved(Points points, double dx, double dy) {
-  for (Point2& p : points) p = {p.x + dx, p.y + dy};
-  return points;
-}
-
-Points scaled(Points points, double factor) {
-  for (Point2& p : points) p = {p.x * factor, p.y * factor};
-  return points;
-}
-
-Points some_of(const Points& points, std::size_t keep) {
-  Points kept;
-  for (std::size_t i = 0; i < points.size(); i += keep) kept.push_back(points[i]);
-  return kept;
-}
-
-Points joined(Points a, const Points& b) {
-  a.insert(a.end(), b.begin(), b.end());
-  return a;
 }
 
 class MergeFamilies : public testing::TestWithParam<Family> {};

@@ -18,6 +18,7 @@
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/localise_by_interface.hpp"
 #include "isopach/overlay/merge.hpp"
+#include "isopach/overlay/triangulate_union.hpp"
 
 namespace isopach::stages {
 
@@ -149,6 +150,7 @@ double area_of_both_footprints(const Borders& borders, const Comparison& c) {
   return borders.kept_area - (c.domain_area + left_out(c).area);
 }
 
+// Without locations.
 Common from_scratch(const Pair& pair, const Context& context) {
   Common common;
   common.nodes = unite(pair.scan[0].field.xy, pair.scan[1].field.xy, pair.frame.curve);
@@ -318,20 +320,20 @@ Common locate(Pair& pair, LocateMethod method, Clock& clock, const Context& cont
 Common unite_meshes(Pair& pair, Common so_far, LocateMethod method, bool keep_meshes, const Context& context) {
   Common common = std::move(so_far);
   Scan &a = pair.scan[0], &b = pair.scan[1];
-  if (method == LocateMethod::tree) {
+  for (Scan& s : pair.scan) Array<Index>().swap(s.field.node_of_point);  // what nobody asks for, before more is taken
+  if (method != LocateMethod::interface) {
     common.nodes = unite(a.field.xy, b.field.xy, pair.frame.curve);
-    common.t = merge({keep_meshes ? a.t : std::move(a.t), a.field.xy, &pair.seen[0].at},
-                     {keep_meshes ? b.t : std::move(b.t), b.field.xy, &pair.seen[1].at}, common.nodes, pair.frame.curve,
-                     context);
+    const auto make = method == LocateMethod::tree ? merge : triangulate_union;
+    common.t = make({keep_meshes ? a.t : std::move(a.t), a.field.xy, &pair.seen[0].at},
+                    {keep_meshes ? b.t : std::move(b.t), b.field.xy, &pair.seen[1].at}, common.nodes, pair.frame.curve,
+                    context);
   }
-  for (std::size_t k = 0; k < 2; ++k) {  // what nobody asks for any more, before more is taken
-    if (!keep_meshes) pair.scan[k].t = {};
-    Array<Index>().swap(pair.scan[k].field.node_of_point);
+  for (std::size_t k = 0; k < 2; ++k) {
     Array<Index>().swap(pair.seen[k].at.id);
+    if (keep_meshes) continue;
+    pair.scan[k].t = {};
+    Array<Point2>().swap(pair.scan[k].field.xy);
   }
-  if (method == LocateMethod::order) common = from_scratch(pair, context);
-  for (Scan& s : pair.scan)
-    if (!keep_meshes) Array<Point2>().swap(s.field.xy);
   return common;
 }
 

@@ -59,8 +59,8 @@ struct Common {
 /// The nodes of each scan in the other, by `method`. By interface T is made on the way, and returned; otherwise nothing
 /// is.
 [[nodiscard]] Common locate(Pair& pair, LocateMethod method, Clock& clock, const Context& context);
-/// T and its nodes, if `so_far` does not hold them: by the tree T1 and T2 are merged into it, and used up unless
-/// `keep_meshes`; by order it is made from scratch.
+/// T and its nodes, if `so_far` does not hold them, of T1 and T2, which are used up unless `keep_meshes`: by the tree
+/// they are merged (theorem 2), by order that or something cheaper is done (triangulate_union).
 [[nodiscard]] Common unite_meshes(Pair& pair, Common so_far, LocateMethod method, bool keep_meshes,
                                   const Context& context);
 
