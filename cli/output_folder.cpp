@@ -267,7 +267,7 @@ void OutputFolder::commit() {
   half_done_ = true;  // until it is done or taken back the next run must find the plan
   try {
     commit.apply();
-  } catch (const Error&) {
+  } catch (...) {  // where this fails as well, as it may without memory, the next run finishes the commit
     commit.take_back();
     half_done_ = false;
     throw;
