@@ -17,6 +17,7 @@ import os
 import pathlib
 import queue
 import random
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -48,6 +49,13 @@ def arguments():
             parser.error(f"--{name} {path}: no such file")
         setattr(told, name, str(path))
     return told
+
+
+def called(sandbox, trial):
+    """A trial is a function and what it takes; the sandbox is the argument before the case."""
+    work, *given = trial
+    at = next(i for i, value in enumerate(given) if isinstance(value, cases.Case))
+    work(*given[:at], sandbox, *given[at:])
 
 
 class Study:
@@ -90,25 +98,36 @@ class Study:
         trials = injections.plan(self.injector, self.box, self.cases, self.size)
         self.each(trials, lambda sandbox, trial: self.injector.fault(sandbox, *trial))
 
+    def shares(self, case, count, most):
+        """`count` numbers from 0 to `most`, by chance, the same in every study."""
+        rng = random.Random(case.shown())
+        return [rng.uniform(0, most) for _ in range(count)]
+
     def kills(self):
-        def work(sandbox, case):
-            counts = self.injector.counts(sandbox, case)
-            for kind in ("step", "open", "close", "stat", "list"):
-                ends.kill_before_calls(self.injector, sandbox, case, kind, counts[kind], self.few(case, 40))
-            ends.kill_at_random(sandbox, case, self.tally, self.few(case, 60))
+        trials, tally = [], self.tally
+        for case in (c for c in self.cases if c.has_folder or c.target):
+            counts = self.injector.counts(self.box, case)
+            trials += [(ends.kill_before_call, self.injector, case, kind, number) for kind in ("step", "open", "close", "stat", "list")
+                       for number in injections.sampled(counts[kind], self.few(case, 40))]
+            trials += [(ends.kill_at_random, case, tally, share) for share in self.shares(case, self.few(case, 40), 1.1)]
             if case.verb in ("compare", "convert") and case.share >= 1:
-                ends.kill_before_system_calls(sandbox, case, self.tally, self.few(case, 250))
-        self.each([c for c in self.cases if c.has_folder or c.target], work)
+                trials += [(ends.kill_before_system_call, case, tally, call)
+                           for call in ends.last_system_calls(self.box, case, self.few(case, 150))]
+        self.each(trials, called)
 
     def signals(self):
-        self.each(self.cases, lambda sandbox, case: ends.signals_at_random(sandbox, case, self.tally, self.few(case, 100, 5)))
+        trials = [(ends.signal_at_random, case, self.tally, number, share) for case in self.cases
+                  for number, share in enumerate(self.shares(case, self.few(case, 60, 5), 1.05))]
+        self.each(trials, called)
 
     def limits(self):
-        def work(sandbox, case):
+        trials = []
+        for case in self.cases:
+            count = self.few(case, 40)
             if case.has_folder or case.target:
-                ends.file_limits(sandbox, case, self.tally, self.few(case, 40))
-            ends.memory_limits(sandbox, case, self.tally, self.few(case, 60), 400_000_000)
-        self.each(self.cases, work)
+                trials += [(ends.file_limit, case, self.tally, 1.3 * i / count) for i in range(count)]
+            trials += [(ends.memory_limit, case, self.tally, 400_000_000 * (i + 1) // count) for i in range(count)]
+        self.each(trials, called)
 
     def two_runs(self):
         self.each([self.cases[0]], lambda sandbox, case: ends.two_runs(sandbox, case, self.tally, self.few(case, 100)))
@@ -133,12 +152,14 @@ class Study:
         streams.same_in_any_order(self.box, self.tally, lines[:2] if self.told.short else lines)
 
     def run(self):
-        for section in self.told.only.split(","):
+        for section in filter(None, self.told.only.split(",")):
             begin = time.monotonic()
             getattr(self, section.replace(" ", "_"))()
             print(f"{section}: {self.tally.count(section)} trials in {time.monotonic() - begin:.0f} s", flush=True)
+        if self.told.valgrind and shutil.which("valgrind") is None:
+            raise SystemExit("--valgrind: valgrind is not here")
         if self.told.valgrind:
-            memory_check.under_valgrind(self.box, self.cases, self.tally)
+            self.each(self.cases, lambda sandbox, case: memory_check.under_valgrind(sandbox, case, self.tally))
             print(f"valgrind: {self.tally.count('valgrind')} runs", flush=True)
 
 

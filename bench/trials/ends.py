@@ -1,7 +1,5 @@
 """Runs that end before they are done, or stand in each other's way: kills, signals, limits, two runs into one folder."""
 
-import json
-import os
 import random
 import re
 import resource
@@ -11,7 +9,7 @@ import subprocess
 import time
 
 from .cases import LONGEST_S
-from .injections import sampled
+from .injections import OF_LIBRARIES
 
 
 def state_of(sandbox, case):
@@ -42,39 +40,42 @@ def check_kill(sandbox, case, tally, section, fault, command):
     tally.add(section, fault, case.verb, found, command, offence)
 
 
-def kill_before_calls(injector, sandbox, case, kind, count, most):
-    for number in sampled(count, most):
-        sandbox.begin(case)
-        done = sandbox.run(case.words, injector.environment(kind, number, "kill"))
-        if done.returncode in (case.code, -signal.SIGKILL):
-            command = f"ISOPACH_FAULT={kind}:{number} ISOPACH_FAULT_DO=kill {case.shown()}"
-            check_kill(sandbox, case, injector.tally, "kills", f"before a call: {kind}", command)
+def kill_before_call(injector, sandbox, case, kind, number):
+    sandbox.begin(case)
+    done = sandbox.run(case.words, injector.environment(kind, number, "kill"))
+    if done.returncode in (case.code, -signal.SIGKILL):
+        command = f"ISOPACH_FAULT={kind}:{number} ISOPACH_FAULT_DO=kill {case.shown()}"
+        check_kill(sandbox, case, injector.tally, "kills", f"before a call: {kind}", command)
 
 
 CALL = re.compile(r"^(?:\d+ +)?(\w+)\(")
 
 
-def kill_before_system_calls(sandbox, case, tally, most):
-    """The last calls of the kernel that a run makes, its commit among them: killed before each, by strace."""
+def on_one_thread(case):
+    return case.words if "--threads" in case.words else [*case.words, "--threads", "1"]
+
+
+def last_system_calls(sandbox, case, most):
+    """The last calls of the kernel that a run makes, its commit among them: (name, how often it was called so far)."""
     if shutil.which("strace") is None:
-        return
+        return []
     trace = sandbox.root.parent / "trace"
-    words = [*case.words, "--threads", "1"] if "--threads" not in case.words else case.words
     sandbox.begin(case)
-    subprocess.run(["strace", "-o", trace, sandbox.program, *words], cwd=sandbox.root, capture_output=True, timeout=LONGEST_S)
+    subprocess.run(["strace", "-o", trace, sandbox.program, *on_one_thread(case)], cwd=sandbox.root, capture_output=True, timeout=LONGEST_S)
     calls, seen = [], {}
     for line in trace.read_text(errors="replace").splitlines():
         if match := CALL.match(line):
             seen[match.group(1)] = seen.get(match.group(1), 0) + 1
             calls.append((match.group(1), seen[match.group(1)]))
-    for name, number in calls[-most:]:
-        if name in ("exit_group", "execve"):
-            continue
-        sandbox.begin(case)
-        inject = f"inject={name}:signal=KILL:when={number}"
-        subprocess.run(["strace", "-o", "/dev/null", "-e", inject, sandbox.program, *words], cwd=sandbox.root, capture_output=True,
-                       timeout=LONGEST_S)
-        check_kill(sandbox, case, tally, "kills", "before a call of the kernel", f"strace -e {inject} {case.shown()}")
+    return [call for call in calls[-most:] if call[0] not in ("exit_group", "execve")]
+
+
+def kill_before_system_call(sandbox, case, tally, call):
+    sandbox.begin(case)
+    inject = f"inject={call[0]}:signal=KILL:when={call[1]}"
+    subprocess.run(["strace", "-o", "/dev/null", "-e", inject, sandbox.program, *on_one_thread(case)], cwd=sandbox.root, capture_output=True,
+                   timeout=LONGEST_S)
+    check_kill(sandbox, case, tally, "kills", "before a call of the kernel", f"strace -e {inject} {case.shown()}")
 
 
 def longest(sandbox, case):
@@ -84,43 +85,40 @@ def longest(sandbox, case):
     return time.monotonic() - begin
 
 
-def kill_at_random(sandbox, case, tally, count):
-    span, rng = longest(sandbox, case), random.Random(case.shown())
-    for _ in range(count):
-        sandbox.begin(case)
-        wait = rng.uniform(0, 1.1) * span
-        run = sandbox.popen(case.words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-        time.sleep(wait)
-        run.kill()
-        run.wait()
-        check_kill(sandbox, case, tally, "kills", "at random times", f"{case.shown()}, killed after {wait:.4f} s")
+def kill_at_random(sandbox, case, tally, share):
+    """Killed after this share of the time that an undisturbed run takes."""
+    wait = share * longest(sandbox, case)
+    sandbox.begin(case)
+    run = sandbox.popen(case.words, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    time.sleep(wait)
+    run.kill()
+    run.wait()
+    check_kill(sandbox, case, tally, "kills", "at random times", f"{case.shown()}, killed after {wait:.4f} s")
 
 
 ENDING = [signal.SIGINT, signal.SIGTERM, signal.SIGHUP]
 IGNORED = [signal.SIGPIPE, signal.SIGXFSZ]
 
 
-def signals_at_random(sandbox, case, tally, count):
+def signal_at_random(sandbox, case, tally, number, share):
     """Ends in one line with 130, or is done; signals of a broken pipe and of a full file change nothing by themselves."""
-    span, rng = longest(sandbox, case), random.Random(case.shown() + "signals")
-    for number in range(count):
-        sent = (ENDING + IGNORED)[number % 5]
-        sandbox.begin(case)
-        wait = rng.uniform(0, 1.05) * span
-        run = sandbox.popen(case.words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
-        time.sleep(wait)
-        begin = time.monotonic()
-        run.send_signal(sent)
-        try:
-            stderr = run.communicate(timeout=LONGEST_S)[1]
-        except subprocess.TimeoutExpired:
-            run.kill()
-            run.wait()
-            tally.add("signals", sent.name, case.verb, "hung", f"{case.shown()}, after {wait:.4f} s", "no end")
-            continue
-        if sent in ENDING:
-            tally.most("longest answer to a signal", time.monotonic() - begin)
-        check_signal(sandbox, case, tally, sent, run.returncode, stderr, f"{case.shown()}, {sent.name} after {wait:.4f} s")
+    sent = (ENDING + IGNORED)[number % 5]
+    wait = share * longest(sandbox, case)
+    sandbox.begin(case)
+    run = sandbox.popen(case.words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE)
+    time.sleep(wait)
+    begin = time.monotonic()
+    run.send_signal(sent)
+    command = f"{case.shown()}, {sent.name} after {wait:.4f} s"
+    try:
+        stderr = run.communicate(timeout=LONGEST_S)[1]
+    except subprocess.TimeoutExpired:
+        run.kill()
+        run.wait()
+        return tally.add("signals", sent.name, case.verb, "hung", command, "no end")
+    if sent in ENDING:
+        tally.most("longest answer to a signal", time.monotonic() - begin)
+    check_signal(sandbox, case, tally, sent, run.returncode, stderr, command)
 
 
 def check_signal(sandbox, case, tally, sent, code, stderr, command):
@@ -145,35 +143,30 @@ def check_signal(sandbox, case, tally, sent, code, stderr, command):
     tally.add("signals", sent.name, case.verb, outcome, command, offence)
 
 
-def file_limits(sandbox, case, tally, count):
-    """A limit of file sizes, from nothing to the largest file of the result: as a disk that is full."""
-    largest = max((len(b) for b in case.after.values() if b is not None), default=0)
-    for i in range(count):
-        limit = int(largest * 1.3 * i / count)
-        sandbox.begin(case)
-        done = sandbox.run(case.words, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
-        check_limit(sandbox, case, tally, "file sizes limited", done, f"ulimit -f {limit} bytes; {case.shown()}", "cannot be written|standard output")
+def file_limit(sandbox, case, tally, share):
+    """A limit of file sizes, a share of the largest file of the result: as a disk that is full."""
+    limit = int(share * max((len(b) for b in case.after.values() if b is not None), default=0))
+    sandbox.begin(case)
+    done = sandbox.run(case.words, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (limit, limit)))
+    check_limit(sandbox, case, tally, "file sizes limited", done, f"ulimit -f {limit} bytes; {case.shown()}", "cannot be written|standard output")
 
 
-def memory_limits(sandbox, case, tally, count, most_bytes):
+LOADED = 60_000_000  # with less the program may not even be loaded
+
+
+def memory_limit(sandbox, case, tally, limit):
     """Address space from less than the program needs to start, to more than the run needs."""
-    for i in range(count):
-        limit = int(most_bytes * (i + 1) / count)
-        sandbox.begin(case)
-        done = sandbox.run(case.words, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
-        command = f"ulimit -v {limit // 1024}; {case.shown()}"
-        if done.returncode == 127 or "error while loading shared libraries" in done.stderr:
-            tally.add("limits", "memory limited", case.verb, "could not be loaded", command)
-            continue
-        if done.returncode < 0 and not done.stderr:
-            began = limit > 60_000_000
-            tally.add("limits", "memory limited", case.verb, "could not be loaded", command, f"exit {done.returncode}" if began else "")
-            continue
-        check_limit(sandbox, case, tally, "memory limited", done, command, "memory|limit of this machine|library|LASzip|GDAL|thread|started")
+    sandbox.begin(case)
+    done = sandbox.run(case.words, preexec_fn=lambda: resource.setrlimit(resource.RLIMIT_AS, (limit, limit)))
+    command = f"ulimit -v {limit // 1024}; {case.shown()}"
+    if done.returncode == 127 or done.returncode < 0 and not done.stderr and limit < LOADED:
+        return tally.add("limits", "memory limited", case.verb, "could not be loaded", command)
+    check_limit(sandbox, case, tally, "memory limited", done, command, "memory|limit of this machine|library|LASzip|laszip|GDAL|thread|started")
 
 
 def check_limit(sandbox, case, tally, fault, done, command, says):
     found, offence = state_of(sandbox, case), ""
+    done.stderr = OF_LIBRARIES.sub("", done.stderr)
     if done.returncode == case.code:
         outcome = "was done"
         if (case.has_folder or case.target) and found != "the new result":

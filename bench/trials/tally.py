@@ -10,10 +10,14 @@ class Tally:
         self.offences = []  # (section, fault, command, what)
         self.measured = {}  # figures for the page
         self.lock = threading.Lock()
+        self.trials = 0
 
     def add(self, section, fault, verb, outcome, command="", offence=""):
         with self.lock:
             self.rows[section, fault, verb][outcome] += 1
+            self.trials += 1
+            if self.trials % 500 == 0:
+                print(f"{self.trials} trials", flush=True)
             if offence:
                 self.offences.append((section, fault, command, offence))
                 print(f"AGAINST THE CONTRACT: {section}, {fault}: {command}: {offence}", flush=True)

@@ -8,9 +8,9 @@
 //   ISOPACH_FAULT_COUNT=FILE    at the end of the program the number of calls of that kind is written there
 //   ISOPACH_FAULT_CRASH=FILE    where the program crashes, the calls it stood in are written there
 //
-// KIND: memory, open, read, write (but to standard output and error), close, rename, fsync, mkdir, remove, thread, stat,
-// list (of a folder), lock; step: every one of those that change the disk; all: none fails, and the FILE of the count
-// gets every kind with its number.
+// KIND: memory, open, read, write (but to standard output and error), close, rename, fsync, mkdir, remove, thread,
+// stat, list (of a folder), lock; step: every one of those that change the disk; all: none fails, and the FILE of the
+// count gets every kind with its number.
 #include <dirent.h>
 #include <dlfcn.h>
 #include <execinfo.h>
