@@ -2,7 +2,8 @@
 """What becomes of files, results and exit codes when something fails: faults, kills, signals, limits, broken input; writes a page.
 
     python3 -B bench/reliability.py --isopach build/release/bin/isopach --faults build/release/bin/libisopach-faults.so
-        [--page docs/evidence/reliability.md] [--only SECTIONS] [--size N] [--jobs N] [--valgrind] [--short]
+        [--page docs/evidence/reliability.md] [--only SECTIONS] [--size N] [--jobs N] [--minutes M] [--counts FILE] [--no-run]
+        [--valgrind] [--short]
 
 FAULTS is the library of tests/faults. Every trial follows from its number: a command that is printed fails again. Exits 1
 if something was against the contract. --short takes a fixed sample of a few hundred trials, in half a minute, and writes
@@ -42,6 +43,7 @@ def arguments():
     parser.add_argument("--valgrind", action="store_true", help="also one run of every case under valgrind")
     parser.add_argument("--short", action="store_true", help="a fixed sample, in half a minute")
     parser.add_argument("--counts", type=pathlib.Path, help="keep the counts in this file; the page is of all that it holds")
+    parser.add_argument("--no-run", action="store_true", help="only the page of the counts that are kept")
     told = parser.parse_args()
     for name in ("isopach", "faults"):
         path = pathlib.Path(getattr(told, name)).resolve()
@@ -70,10 +72,11 @@ class Study:
         for k in range(told.jobs):
             self.boxes.put(cases.Sandbox(told.isopach, self.folder / f"box{k}", self.inputs))
         chosen = [c for c in cases.all_cases() if not told.short or c.share >= 1]
-        self.cases = cases.measure(chosen[::2] if told.short else chosen, self.box)
+        self.cases = chosen[::2] if told.short else chosen
         self.injector = injections.Injector(told.faults, told.isopach, self.tally)
         self.size = 3 if told.short else told.size
         self.end = time.monotonic() + 60 * told.minutes
+        self.each(self.cases, lambda sandbox, case: cases.measure(sandbox, case, self.injector))
 
     def each(self, trials, work):
         """`work(sandbox, trial)` for every trial, in an order of chance, --jobs at a time, until time is up."""
@@ -95,7 +98,7 @@ class Study:
         return max(least, round(most * self.size / 100 * case.share))
 
     def faults(self):
-        trials = injections.plan(self.injector, self.box, self.cases, self.size)
+        trials = injections.plan(self.cases, self.size)
         self.each(trials, lambda sandbox, trial: self.injector.fault(sandbox, *trial))
 
     def shares(self, case, count, most):
@@ -106,9 +109,8 @@ class Study:
     def kills(self):
         trials, tally = [], self.tally
         for case in (c for c in self.cases if c.has_folder or c.target):
-            counts = self.injector.counts(self.box, case)
             trials += [(ends.kill_before_call, self.injector, case, kind, number) for kind in ("step", "open", "close", "stat", "list")
-                       for number in injections.sampled(counts[kind], self.few(case, 40))]
+                       for number in injections.sampled(case.calls[kind], self.few(case, 40))]
             trials += [(ends.kill_at_random, case, tally, share) for share in self.shares(case, self.few(case, 40), 1.1)]
             if case.verb in ("compare", "convert") and case.share >= 1:
                 trials += [(ends.kill_before_system_call, case, tally, call)
@@ -177,11 +179,13 @@ def merged(told, found):
 
 def main():
     told = arguments()
-    begin = time.monotonic()
-    with tempfile.TemporaryDirectory(prefix="reliability-") as folder:
-        study = Study(told, folder)
-        study.run()
-    found, counts = study.tally, merged(told, study.tally)
+    begin, found = time.monotonic(), tally.Tally()
+    if not told.no_run:
+        with tempfile.TemporaryDirectory(prefix="reliability-") as folder:
+            study = Study(told, folder)
+            study.run()
+        found = study.tally
+    counts = merged(told, found)
     total = sum(sum(row.values()) for row in found.rows.values())
     print(f"{total} trials in {time.monotonic() - begin:.0f} s, {len(found.offences)} against the contract")
     if told.page:

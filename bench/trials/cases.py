@@ -22,6 +22,8 @@ class Case:
     stdout: str = ""
     before: dict = dataclasses.field(default_factory=dict)
     after: dict = dataclasses.field(default_factory=dict)
+    calls: dict = dataclasses.field(default_factory=dict)  # of each kind that the library of tests/faults knows
+    requests: int = 0  # of memory, however small
 
     @property
     def has_folder(self):
@@ -193,20 +195,21 @@ def write_by_hand(folder):
                                   "".join("%r %r %r\n" % p for p in points))
 
 
-def measure(cases, sandbox):
-    """What each case does undisturbed, twice: what differs between two such runs cannot be held against a third."""
-    for case in cases:
-        states = []
-        for _ in range(2):
-            sandbox.begin(case)
-            case.before = sandbox.state(case)
-            done = sandbox.run(case.words)
-            states.append((done.returncode, done.stdout, done.stderr, sandbox.state(case)))
-        if states[0] != states[1]:
-            raise SystemExit(f"{case.shown()}: two undisturbed runs differ")
-        case.code, case.stdout, case.stderr, case.after = states[0]
-        if case.code not in (0, 5):
-            raise SystemExit(f"{case.shown()}: exit {case.code}: {case.stderr}")
-        if case.before == case.after and (case.has_folder or case.target):
-            raise SystemExit(f"{case.shown()}: changes nothing")
-    return cases
+def measure(sandbox, case, injector):
+    """What a case does undisturbed, twice: what differs between two such runs cannot be held against a third. Its calls are
+    counted by the way."""
+    states = []
+    for least in (1 << 16, 1):
+        sandbox.begin(case)
+        case.before = sandbox.state(case)
+        done, calls = injector.counted(sandbox, case, least)
+        states.append((done.returncode, done.stdout, done.stderr, sandbox.state(case)))
+        case.calls = case.calls or calls
+        case.requests = calls["memory"]
+    if states[0] != states[1]:
+        raise SystemExit(f"{case.shown()}: two undisturbed runs differ")
+    case.code, case.stdout, case.stderr, case.after = states[0]
+    if case.code not in (0, 5):
+        raise SystemExit(f"{case.shown()}: exit {case.code}: {case.stderr}")
+    if case.before == case.after and (case.has_folder or case.target):
+        raise SystemExit(f"{case.shown()}: changes nothing")

@@ -147,6 +147,20 @@ class Faults(CliTest):
                     now = self.contents("out")
                 self.assertEqual(now, after if run.returncode == 0 else before, what)
 
+    def test_a_disk_that_does_not_tell_what_is_there(self):
+        """What is not known to be there must not be taken for missing: a commit would leave files out, or behind."""
+        before, after = self.prepare_results()
+        for kind in ["stat", "list"]:
+            self.begin_again()
+            for number in some(self.count(self.COMPARE, kind), 100):
+                self.begin_again()
+                run = self.with_fault(self.COMPARE, kind, number)
+                what = f"{kind} {number}: exit {run.returncode}"
+                self.check_failure(run, what)
+                if any(n.startswith(".isopach-") for n in self.contents("out")):
+                    self.sweep()
+                self.assertEqual(self.contents("out"), after if run.returncode == 0 else before, what)
+
     # --- memory, however little is asked for
 
     def test_each_request_of_memory(self):

@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
-#include <sstream>
-#include <utility>
+#include <ios>
+#include <iterator>
 
 #include "isopach/base/error.hpp"
 #include "isopach/report/page/words.hpp"
@@ -84,10 +84,11 @@ std::string base64(const std::string& bytes) {
 std::string read_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path + ": the picture cannot be read; write it before the report");
-  std::ostringstream bytes;
-  if (!(bytes << in.rdbuf()))
+  try {
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  } catch (const std::ios_base::failure&) {
     throw Error(ExitCode::internal, path + ": the picture cannot be read back for the report: is the disk in order?");
-  return std::move(bytes).str();
+  }
 }
 
 std::string setting_text(const HtmlPage::Json& setting) {
