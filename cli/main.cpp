@@ -100,12 +100,20 @@ int fail(ExitCode code, const std::string& message) {
   return static_cast<int>(code);
 }
 
-/// What nothing can catch, such as a thread that oneTBB cannot start: one line and the exit code of a failure inside.
-/// The unfinished folder is left to the next run.
+constexpr const char* no_memory = "out of memory: thin or crop the scans, or use a machine with more memory";
+
+/// What nothing can catch, such as a thread that oneTBB cannot start, or memory that is not there where the standard
+/// library must not throw: one line and the exit code of a failure inside. The unfinished folder is left to the next
+/// run.
 [[noreturn]] void end_without_stack() noexcept {
-  std::string cause = "no cause given";
+  std::string cause = "no memory or no thread to be had";
   try {
     if (const std::exception_ptr failure = std::current_exception()) std::rethrow_exception(failure);
+  } catch (const std::bad_alloc&) {
+    write_message("isopach: ended at once, ");
+    write_message(no_memory);
+    write_message("\n");
+    _exit(static_cast<int>(ExitCode::internal));
   } catch (const std::exception& error) {
     cause = error.what();
   } catch (...) {
@@ -115,13 +123,18 @@ int fail(ExitCode code, const std::string& message) {
   _exit(static_cast<int>(ExitCode::internal));
 }
 
+/// Before any object of the program is made: those of static storage want memory too, and a failure there ends as every
+/// other does.
+[[gnu::constructor(101)]] void prepare_to_fail() {
+  catch_interrupts();
+  std::set_terminate(end_without_stack);
+}
+
 }  // namespace
 }  // namespace isopach::cli
 
 int main(int argc, char** argv) {
   using isopach::ExitCode;
-  isopach::cli::catch_interrupts();
-  std::set_terminate(isopach::cli::end_without_stack);
   try {
     const int code = isopach::cli::run({argv + 1, argv + argc});
     if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
@@ -134,8 +147,7 @@ int main(int argc, char** argv) {
     const bool of_files = error.code() == ExitCode::input || error.code() == ExitCode::no_overlap;
     return isopach::cli::fail(error.code(), of_files ? isopach::cli::naming_a_file(text) : text);
   } catch (const std::bad_alloc&) {
-    return isopach::cli::fail(ExitCode::internal,
-                              "out of memory: thin or crop the scans, or use a machine with more memory");
+    return isopach::cli::fail(ExitCode::internal, isopach::cli::no_memory);
   } catch (const std::exception& error) {
     return isopach::cli::fail(ExitCode::internal, fmt::format("internal failure: {}", error.what()));
   }

@@ -22,11 +22,24 @@ namespace fs = std::filesystem;
 
 namespace {
 
+/// What stands at `path` itself, not where a link leads. Throws where the disk does not tell: what is there must not be
+/// taken for missing.
+fs::file_type kind_of(const fs::path& path) {
+  std::error_code error;
+  const fs::file_type kind = fs::symlink_status(path, error).type();
+  if (kind == fs::file_type::none) fail_to_write(path.string(), error.message());
+  return kind;
+}
+
+bool is_there(const fs::path& path) { return kind_of(path) != fs::file_type::not_found; }
+
 /// A JSON file of ours or of others; null where there is none or it is no JSON. Throws where it cannot be read: what it
 /// lists would be taken for files of the user.
 nlohmann::json json_in(const fs::path& path) {
   std::error_code error;
-  if (!fs::is_regular_file(path, error) || fs::file_size(path, error) == 0) return {};
+  const fs::file_type kind = fs::status(path, error).type();
+  if (kind == fs::file_type::none) fail_to_write(path.string(), error.message());
+  if (kind != fs::file_type::regular || fs::file_size(path, error) == 0) return {};
   const Context nobody_stops;
   InputFile file(path.string(), nobody_stops);
   const std::span<const char> bytes = file.bytes();
@@ -56,7 +69,9 @@ bool is_plain_name(const std::string& name) {
 bool is_named(const fs::path& file, const std::vector<std::string>& words) {
   return std::any_of(words.begin(), words.end(), [&](const std::string& word) {
     std::error_code error;
-    return fs::equivalent(word, file, error) && !error;
+    const bool same = fs::equivalent(word, file, error);
+    if (error == std::errc::io_error) fail_to_write(file.string(), error.message());
+    return same && !error;
   });
 }
 
@@ -73,8 +88,7 @@ std::vector<std::string> left_over(const fs::path& folder, const std::string& re
   if (is_named(folder, words)) return names;  // a folder of scans that gets its own result
   for (const std::string& name : outputs_of(folder / record)) {
     if (!is_plain_name(name) || holds(written, name)) continue;
-    std::error_code error;
-    if (!fs::is_regular_file(fs::symlink_status(folder / name, error)) || error) continue;
+    if (kind_of(folder / name) != fs::file_type::regular) continue;
     if (!is_named(folder / name, words)) names.push_back(name);
   }
   return names;
@@ -95,9 +109,8 @@ void write_plan(const Plan& plan, const fs::path& staging) {
 }
 
 std::optional<Plan> plan_in(const fs::path& staging) {
-  std::error_code error;
   const fs::path path = staging / "commit.json";
-  if (!fs::is_regular_file(fs::symlink_status(path, error))) return std::nullopt;
+  if (kind_of(path) != fs::file_type::regular) return std::nullopt;
   const nlohmann::json json = json_in(path);
   if (!json.is_object() || json.value("schema", nlohmann::json()) != schema_of_plan) return std::nullopt;
   Plan plan;
@@ -107,11 +120,6 @@ std::optional<Plan> plan_in(const fs::path& staging) {
   return plan;
 }
 
-bool is_there(const fs::path& path) {
-  std::error_code error;
-  return fs::exists(fs::symlink_status(path, error));
-}
-
 void move(const fs::path& from, const fs::path& to) {
   std::error_code error;
   fs::rename(from, to, error);
@@ -119,8 +127,7 @@ void move(const fs::path& from, const fs::path& to) {
 }
 
 void refuse_if_folder(const fs::path& folder, const std::string& name) {
-  std::error_code error;
-  if (fs::is_directory(fs::symlink_status(folder / name, error)))
+  if (kind_of(folder / name) == fs::file_type::directory)
     throw UsageError(fmt::format("--output {}: {} is a folder there, and a file of the result: choose another folder",
                                  folder.string(), name));
 }
@@ -180,8 +187,9 @@ void finish_earlier_runs(const fs::path& folder) {
   std::error_code error;
   std::vector<fs::path> left;
   for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error))
-    if (is_unfinished_folder(entry->path().filename().string()) && fs::is_directory(entry->symlink_status(error)))
+    if (is_unfinished_folder(entry->path().filename().string()) && kind_of(entry->path()) == fs::file_type::directory)
       left.push_back(entry->path());
+  if (error) fail_to_write(folder.string(), error.message());  // a commit that is overlooked would be done later
   for (const fs::path& staging : left) {
     if (const auto plan = plan_in(staging)) Commit(folder, staging, *plan).apply();
     remove_staging(staging);
@@ -267,7 +275,7 @@ void OutputFolder::commit() {
   half_done_ = true;  // until it is done or taken back the next run must find the plan
   try {
     commit.apply();
-  } catch (const Error&) {
+  } catch (...) {  // where this fails as well, as it may without memory, the next run finishes the commit
     commit.take_back();
     half_done_ = false;
     throw;

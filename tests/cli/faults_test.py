@@ -147,6 +147,47 @@ class Faults(CliTest):
                     now = self.contents("out")
                 self.assertEqual(now, after if run.returncode == 0 else before, what)
 
+    def test_a_disk_that_does_not_tell_what_is_there(self):
+        """What is not known to be there must not be taken for missing: a commit would leave files out, or behind."""
+        before, after = self.prepare_results()
+        for kind in ["stat", "list"]:
+            self.begin_again()
+            for number in some(self.count(self.COMPARE, kind), 100):
+                self.begin_again()
+                run = self.with_fault(self.COMPARE, kind, number)
+                what = f"{kind} {number}: exit {run.returncode}"
+                self.check_failure(run, what)
+                if any(n.startswith(".isopach-") for n in self.contents("out")):
+                    self.sweep()
+                self.assertEqual(self.contents("out"), after if run.returncode == 0 else before, what)
+
+    # --- memory, however little is asked for
+
+    def test_each_request_of_memory(self):
+        """Before main as after it; where the standard library must not throw, and while a commit is under way."""
+        before, after = self.prepare_results()
+        os.environ["ISOPACH_FAULT_LEAST"] = "1"
+        self.addCleanup(os.environ.pop, "ISOPACH_FAULT_LEAST")
+        for words in [["info", "a.xyz", "--quiet"], self.COMPARE]:
+            count = self.count(words, "memory")
+            self.assertGreater(count, 400)
+            for number in sorted({1, 2, 40, 100, 200, *some(count, 40)}):
+                self.begin_again()
+                run = self.with_fault(words, "memory", number)
+                what = f"{words[0]}: memory {number}: exit {run.returncode}: {run.stderr}"
+                if run.returncode == -signal.SIGSEGV and words[0] == "info":
+                    continue  # nlohmann-json before 3.11.3, where an object cannot be begun
+                self.assertIn(run.returncode, [0, 1], what)
+                self.assertEqual(run.stderr.count("\n"), run.returncode, what)
+                if run.returncode == 1:
+                    self.assertRegex(run.stderr, "^isopach: .*(memory|library gave up)", what)
+                if any(n.startswith(".isopach-") for n in self.contents("out")):
+                    self.assertRegex(run.stderr, "ended at once|ended by a limit|gave up|^$", what)
+                    self.sweep()
+                self.assertIn(self.contents("out"), [before, after], what)
+                if run.returncode == 0 and words == self.COMPARE:
+                    self.assertEqual(self.contents("out"), after, what)
+
     # --- single files
 
     def test_each_fault_while_a_file_is_written(self):

@@ -1,15 +1,22 @@
 // A library to be preloaded (LD_PRELOAD) that makes one call of the system fail, or kills the program before it.
 //
 //   ISOPACH_FAULT=KIND:N        the N-th call of that kind, counted from 1 over all threads
-//   ISOPACH_FAULT_DO=fail|kill  fail: it returns an error (default); kill: SIGKILL before it is done
+//   ISOPACH_FAULT_DO=fail|kill|short|again
+//                               fail: it returns an error (default); kill: SIGKILL before it is done; short: a read or
+//                               write does half of what was asked; again: it is interrupted by a signal (EINTR)
+//   ISOPACH_FAULT_LEAST=BYTES   requests of memory below this size neither fail nor count (default 65536)
 //   ISOPACH_FAULT_COUNT=FILE    at the end of the program the number of calls of that kind is written there
+//   ISOPACH_FAULT_CRASH=FILE    where the program crashes, the calls it stood in are written there
 //
-// KIND: memory (64 kB or more at once: what is less does not fail where memory is lent before it is there), open, read,
-// write (but to standard output and error), rename, fsync, mkdir, remove, thread; step: every one of those that change
-// the disk.
+// KIND: memory, open, read, write (but to standard output and error), close, rename, fsync, mkdir, remove, thread,
+// stat, list (of a folder), lock; step: every one of those that change the disk; all: none fails, and the FILE of the
+// count gets every kind with its number.
+#include <dirent.h>
 #include <dlfcn.h>
+#include <execinfo.h>
 #include <fcntl.h>
 #include <pthread.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <sys/uio.h>
 #include <unistd.h>
@@ -35,7 +42,11 @@ enum Kind : unsigned {
   make_folder = 64,
   remove_file = 128,
   thread_start = 256,
-  step = 512
+  step = 512,
+  close_file = 1024,
+  stat_file = 2048,
+  list_folder = 4096,
+  lock_file = 8192
 };
 
 struct Name {
@@ -45,21 +56,49 @@ struct Name {
 constexpr Name names[] = {{"memory", memory},     {"open", open_file},     {"read", read_file},
                           {"write", write_file},  {"rename", rename_file}, {"fsync", sync_file},
                           {"mkdir", make_folder}, {"remove", remove_file}, {"thread", thread_start},
-                          {"step", step}};
+                          {"step", step},         {"close", close_file},   {"stat", stat_file},
+                          {"list", list_folder},  {"lock", lock_file}};
 
 // Set before main and read only afterwards; the counter alone is shared.
 unsigned wanted = none;
 long wanted_number = 0;
-bool kills = false;
+enum class Deed { fail, kill, shorten, interrupt };
+Deed deed = Deed::fail;
+std::size_t least_memory = std::size_t{64} << 10;
 std::atomic<long> calls{0};
+bool counts_all = false;
+std::atomic<long> calls_of[sizeof names / sizeof names[0]];
+
+void tell_place(int signal) {
+  void* frames[48];
+  const int count = backtrace(frames, 48);
+  const int file = ::open(std::getenv("ISOPACH_FAULT_CRASH"), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0666);
+  if (file >= 0) backtrace_symbols_fd(frames, count, file);
+  std::signal(signal, SIG_DFL);
+  raise(signal);
+}
+
+void watch_for_crashes() {
+  if (std::getenv("ISOPACH_FAULT_CRASH") == nullptr) return;
+  void* first[1];
+  (void)backtrace(first, 1);  // loads what it needs now, not in a crash
+  for (const int signal : {SIGSEGV, SIGBUS, SIGFPE, SIGILL}) std::signal(signal, tell_place);
+}
 
 __attribute__((constructor)) void set_up() {
+  watch_for_crashes();
   const char* const text = std::getenv("ISOPACH_FAULT");
-  const char* const deed = std::getenv("ISOPACH_FAULT_DO");
-  kills = deed != nullptr && std::strcmp(deed, "kill") == 0;
+  if (const char* const word = std::getenv("ISOPACH_FAULT_DO")) {
+    if (std::strcmp(word, "kill") == 0) deed = Deed::kill;
+    if (std::strcmp(word, "short") == 0) deed = Deed::shorten;
+    if (std::strcmp(word, "again") == 0) deed = Deed::interrupt;
+  }
+  if (const char* const bytes = std::getenv("ISOPACH_FAULT_LEAST"))
+    least_memory = static_cast<std::size_t>(std::atol(bytes));
   const char* const colon = text != nullptr ? std::strchr(text, ':') : nullptr;
   if (colon == nullptr) return;
   wanted_number = std::atol(colon + 1);
+  counts_all = std::strncmp(text, "all:", 4) == 0;
   for (const Name& n : names)
     if (std::strlen(n.name) == static_cast<std::size_t>(colon - text) && std::strncmp(n.name, text, colon - text) == 0)
       wanted = n.kind;
@@ -67,9 +106,18 @@ __attribute__((constructor)) void set_up() {
 
 // True where this call is to fail.
 bool strikes(unsigned kind) {
+  if (counts_all)
+    for (std::size_t k = 0; k < sizeof names / sizeof names[0]; ++k)
+      if ((names[k].kind & kind) != 0) calls_of[k].fetch_add(1);
   if ((kind & wanted) == 0 || calls.fetch_add(1) + 1 != wanted_number) return false;
-  if (kills) raise(SIGKILL);
+  if (deed == Deed::kill) raise(SIGKILL);
   return true;
+}
+
+// The error that a call is to end with; 0 where it is to be done.
+int error_of(unsigned kind, int error) {
+  if (!strikes(kind) || deed == Deed::shorten) return 0;
+  return deed == Deed::interrupt ? EINTR : error;
 }
 
 template <class F>
@@ -81,8 +129,6 @@ int failed(int error) {
   errno = error;
   return -1;
 }
-
-constexpr std::size_t large = std::size_t{64} << 10;
 
 bool writes(int flags) { return (flags & O_ACCMODE) != O_RDONLY; }
 bool writes(const char* mode) { return std::strpbrk(mode, "wa+") != nullptr; }
@@ -96,11 +142,14 @@ extern "C" {
 __attribute__((destructor)) void tell_count() {
   const char* const path = std::getenv("ISOPACH_FAULT_COUNT");
   if (path == nullptr) return;
-  wanted = none;
-  if (std::FILE* const file = std::fopen(path, "w")) {
-    std::fprintf(file, "%ld\n", calls.load());
-    std::fclose(file);
-  }
+  const bool all = counts_all;
+  wanted = none, counts_all = false;
+  std::FILE* const file = std::fopen(path, "w");
+  if (file == nullptr) return;
+  if (!all) std::fprintf(file, "%ld\n", calls.load());
+  for (std::size_t k = 0; all && k < sizeof names / sizeof names[0]; ++k)
+    std::fprintf(file, "%s %ld\n", names[k].name, calls_of[k].load());
+  std::fclose(file);
 }
 
 void* __libc_malloc(std::size_t);
@@ -108,15 +157,15 @@ void* __libc_calloc(std::size_t, std::size_t);
 void* __libc_realloc(void*, std::size_t);
 
 void* malloc(std::size_t size) {
-  if (size >= large && strikes(memory)) return errno = ENOMEM, nullptr;
+  if (size >= least_memory && strikes(memory)) return errno = ENOMEM, nullptr;
   return __libc_malloc(size);
 }
 void* calloc(std::size_t n, std::size_t size) {
-  if (size != 0 && n >= large / size && strikes(memory)) return errno = ENOMEM, nullptr;
+  if (size != 0 && n >= least_memory / size && strikes(memory)) return errno = ENOMEM, nullptr;
   return __libc_calloc(n, size);
 }
 void* realloc(void* p, std::size_t size) {
-  if (size >= large && strikes(memory)) return errno = ENOMEM, nullptr;
+  if (size >= least_memory && strikes(memory)) return errno = ENOMEM, nullptr;
   return __libc_realloc(p, size);
 }
 
@@ -132,45 +181,104 @@ void* realloc(void* p, std::size_t size) {
 int open(const char* path, int flags, ...) {
   WITH_MODE(flags, mode)
   static const auto next = real(&open, "open");
-  return strikes(opening(writes(flags))) ? failed(writes(flags) ? ENOSPC : EMFILE) : next(path, flags, mode);
+  const int error = error_of(opening(writes(flags)), writes(flags) ? ENOSPC : EMFILE);
+  return error != 0 ? failed(error) : next(path, flags, mode);
 }
 int open64(const char* path, int flags, ...) {
   WITH_MODE(flags, mode)
   static const auto next = real(&open64, "open64");
-  return strikes(opening(writes(flags))) ? failed(writes(flags) ? ENOSPC : EMFILE) : next(path, flags, mode);
+  const int error = error_of(opening(writes(flags)), writes(flags) ? ENOSPC : EMFILE);
+  return error != 0 ? failed(error) : next(path, flags, mode);
 }
 int openat(int at, const char* path, int flags, ...) {
   WITH_MODE(flags, mode)
   static const auto next = real(&openat, "openat");
-  return strikes(opening(writes(flags))) ? failed(writes(flags) ? ENOSPC : EMFILE) : next(at, path, flags, mode);
+  const int error = error_of(opening(writes(flags)), writes(flags) ? ENOSPC : EMFILE);
+  return error != 0 ? failed(error) : next(at, path, flags, mode);
 }
 std::FILE* fopen(const char* path, const char* mode) {
   static const auto next = real(&fopen, "fopen");
-  if (strikes(opening(writes(mode)))) return errno = writes(mode) ? ENOSPC : EMFILE, nullptr;
+  const int error = error_of(opening(writes(mode)), writes(mode) ? ENOSPC : EMFILE);
+  if (error != 0) return errno = error, nullptr;
   return next(path, mode);
 }
 std::FILE* fopen64(const char* path, const char* mode) {
   static const auto next = real(&fopen64, "fopen64");
-  if (strikes(opening(writes(mode)))) return errno = writes(mode) ? ENOSPC : EMFILE, nullptr;
+  const int error = error_of(opening(writes(mode)), writes(mode) ? ENOSPC : EMFILE);
+  if (error != 0) return errno = error, nullptr;
   return next(path, mode);
 }
 
 ssize_t read(int descriptor, void* to, std::size_t size) {
   static const auto next = real(&read, "read");
-  return strikes(read_file) ? failed(EIO) : next(descriptor, to, size);
+  if (!strikes(read_file)) return next(descriptor, to, size);
+  if (deed == Deed::shorten) return next(descriptor, to, (size + 1) / 2);
+  return failed(deed == Deed::interrupt ? EINTR : EIO);
 }
 ssize_t write(int descriptor, const void* from, std::size_t size) {
   static const auto next = real(&write, "write");
-  return !is_message(descriptor) && strikes(write_file | step) ? failed(ENOSPC) : next(descriptor, from, size);
+  if (is_message(descriptor) || !strikes(write_file | step)) return next(descriptor, from, size);
+  if (deed == Deed::shorten) return next(descriptor, from, (size + 1) / 2);
+  return failed(deed == Deed::interrupt ? EINTR : ENOSPC);
 }
 ssize_t writev(int descriptor, const iovec* parts, int count) {
   static const auto next = real(&writev, "writev");
-  return !is_message(descriptor) && strikes(write_file | step) ? failed(ENOSPC) : next(descriptor, parts, count);
+  if (is_message(descriptor) || !strikes(write_file | step)) return next(descriptor, parts, count);
+  if (deed == Deed::shorten) return next(descriptor, parts, 1);
+  return failed(deed == Deed::interrupt ? EINTR : ENOSPC);
 }
 std::size_t fwrite(const void* from, std::size_t size, std::size_t count, std::FILE* file) {
   static const auto next = real(&fwrite, "fwrite");
-  if (!is_message(fileno(file)) && strikes(write_file | step)) return errno = ENOSPC, 0;
-  return next(from, size, count, file);
+  if (is_message(fileno(file)) || deed == Deed::shorten || deed == Deed::interrupt || !strikes(write_file | step))
+    return next(from, size, count, file);
+  return errno = ENOSPC, 0;
+}
+int close(int descriptor) {
+  static const auto next = real(&close, "close");
+  if (is_message(descriptor)) return next(descriptor);
+  const int error = error_of(close_file, EIO);
+  const int result = next(descriptor);  // it is closed all the same, as Linux has it
+  return error != 0 ? failed(error) : result;
+}
+int fclose(std::FILE* file) {
+  static const auto next = real(&fclose, "fclose");
+  const int error = error_of(close_file, EIO);
+  const int result = next(file);
+  if (error != 0) return errno = error, EOF;
+  return result;
+}
+
+int stat(const char* path, struct stat* to) {
+  static const auto next = real(static_cast<int (*)(const char*, struct stat*)>(&stat), "stat");
+  const int error = error_of(stat_file, EIO);
+  return error != 0 ? failed(error) : next(path, to);
+}
+int lstat(const char* path, struct stat* to) {
+  static const auto next = real(&lstat, "lstat");
+  const int error = error_of(stat_file, EIO);
+  return error != 0 ? failed(error) : next(path, to);
+}
+int fstat(int descriptor, struct stat* to) {
+  static const auto next = real(&fstat, "fstat");
+  const int error = error_of(stat_file, EIO);
+  return error != 0 ? failed(error) : next(descriptor, to);
+}
+DIR* opendir(const char* path) {
+  static const auto next = real(&opendir, "opendir");
+  const int error = error_of(list_folder, EMFILE);
+  if (error != 0) return errno = error, nullptr;
+  return next(path);
+}
+dirent* readdir(DIR* folder) {
+  static const auto next = real(&readdir, "readdir");
+  const int error = error_of(list_folder, EIO);
+  if (error != 0) return errno = error, nullptr;
+  return next(folder);
+}
+int flock(int descriptor, int operation) {
+  static const auto next = real(&flock, "flock");
+  const int error = error_of(lock_file, ENOLCK);
+  return error != 0 ? failed(error) : next(descriptor, operation);
 }
 
 int rename(const char* from, const char* to) {

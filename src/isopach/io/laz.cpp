@@ -58,6 +58,8 @@ class Handle {
   [[nodiscard]] std::string error() const {
     char* text = nullptr;
     std::string message = laszip_get_error(pointer_, &text) == 0 && text != nullptr ? text : "unknown failure";
+    // LASzip says this of every exception, that of missing memory among them.
+    if (message.starts_with("internal error")) message += ": broken, or short of memory";
     for (char& c : message)
       if (static_cast<unsigned char>(c) < ' ') c = ' ';
     return message;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fstream>
+#include <ios>
 #include <iterator>
 
 #include "isopach/base/error.hpp"
@@ -83,7 +84,11 @@ std::string base64(const std::string& bytes) {
 std::string read_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path + ": the picture cannot be read; write it before the report");
-  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  try {
+    return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+  } catch (const std::ios_base::failure&) {
+    throw Error(ExitCode::internal, path + ": the picture cannot be read back for the report: is the disk in order?");
+  }
 }
 
 std::string setting_text(const HtmlPage::Json& setting) {
