@@ -95,10 +95,14 @@ def by_verb(rows):
 
 
 def offences(found):
+    slow = [o for o in found if o[3].startswith("no end")]
+    found = [o for o in found if o not in slow]
+    undecided = f" {len(slow)} trials of the dearest verbs had no end within the limit on a machine with much other work: neither for nor against; they " \
+        "stand as *hung* in the tables, and are to be repeated on a quiet one." if slow else ""
     if not found:
-        return "Nothing was against the contract."
+        return "Nothing was against the contract." + undecided
     lines = [f"- {section}, {fault}: `{command}`: {what.strip().splitlines()[0][:300]}" for section, fault, command, what in found[:40]]
-    return f"**Against the contract: {len(found)}.**\n\n" + "\n".join(lines)
+    return f"**Against the contract: {len(found)}.**{undecided}\n\n" + "\n".join(lines)
 
 
 def measured(figures):
