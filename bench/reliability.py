@@ -157,6 +157,7 @@ class Study:
         for section in filter(None, self.told.only.split(",")):
             begin = time.monotonic()
             getattr(self, section.replace(" ", "_"))()
+            merged(self.told, self.tally)
             print(f"{section}: {self.tally.count(section)} trials in {time.monotonic() - begin:.0f} s", flush=True)
         if self.told.valgrind and shutil.which("valgrind") is None:
             raise SystemExit("--valgrind: valgrind is not here")

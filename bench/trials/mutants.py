@@ -4,6 +4,7 @@ import os
 import random
 import re
 import resource
+import signal
 import struct
 import subprocess
 
@@ -92,13 +93,19 @@ def try_mutant(sandbox, tally, name, line, number):
     sandbox.clear()
     (sandbox.root / name).write_bytes(data)
     words = [name if w == "FILE" else w for w in line.split()] + ["--quiet"]
-    limits = lambda: resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+
+    def limit():
+        resource.setrlimit(resource.RLIMIT_AS, (MOST_BYTES, MOST_BYTES))
+        resource.setrlimit(resource.RLIMIT_CPU, (MOST_S, MOST_S))
+
     offence, code = "", None
     try:
-        done = sandbox.run(words, timeout=MOST_S, preexec_fn=limits)
+        done = sandbox.run(words, timeout=20 * MOST_S, preexec_fn=limit)
         code = done.returncode
     except subprocess.TimeoutExpired:
-        offence = f"no end within {MOST_S} s"
+        offence = "no end"
+    if code in (-signal.SIGXCPU, -signal.SIGKILL):
+        code, offence = None, f"no end within {MOST_S} s of work"
     if code is not None and code not in (0, 2, 3, 4, 5):
         offence = f"exit {code}: {done.stderr}"
     elif code is not None and code != 0 and (done.stderr.count("\n") != 1 or not done.stderr.startswith("isopach: ")):
