@@ -72,10 +72,11 @@ struct Roughness {
 
 /// `after` and `reference` may be missing; the reference is needed by FormKind::reference and by nothing else. Both
 /// scans are seen in one frame and treated alike; each has a form of its own, but for a reference. Errors: UsageError
-/// for options that contradict one another, for a cut-off below twice the spacing, and where the margin leaves nothing;
-/// InputError as choose_frame and project, and where heights have another unit than x and y; OverlapError where the
-/// reference lies nowhere under the scan; not converged, where match does not. A function of the set of points, the
-/// same bits for any number of threads. Cost: O(n log n) and the filters. Tests: tests/apps/roughness_test.cpp.
+/// for options that contradict one another, for a cut-off below twice the spacing or above 1e60, and where the margin
+/// leaves nothing; InputError as choose_frame and project, and where heights have another unit than x and y;
+/// OverlapError where the reference lies nowhere under the scan; not converged, where match does not. A function of the
+/// set of points, the same bits for any number of threads. Cost: O(n log n) and the filters. Tests:
+/// tests/apps/roughness_test.cpp.
 [[nodiscard]] Roughness roughness(const CloudView& scan, const std::optional<CloudView>& after,
                                   const std::optional<CloudView>& reference, const RoughnessOptions& options,
                                   const Context& context);

@@ -18,8 +18,9 @@ struct NamedRegions {
 };
 
 /// The polygons of `option` in a frame. `crs`: of the scans, empty if unknown. Throws UsageError where the direction of
-/// `frame` is not z; InputError naming the file for polygons that cannot be mended and, unless `allow_crs`, a CRS that
-/// is not that of the scans. The notes of the file go into `warnings`, and so do polygons that were mended.
+/// `frame` is not z; InputError naming the file for polygons that cannot be mended, for corners more than 1e60 away
+/// and, unless `allow_crs`, a CRS that is not that of the scans. The notes of the file go into `warnings`, and so do
+/// polygons that were mended.
 [[nodiscard]] NamedRegions regions_of(const std::string& option, const PolygonSet& file, const Frame& frame,
                                       const std::string& crs, bool allow_crs, std::vector<std::string>& warnings,
                                       const Context& context);
