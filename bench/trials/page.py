@@ -97,7 +97,7 @@ def by_verb(rows):
 def offences(found):
     slow = [o for o in found if o[3].startswith("no end")]
     found = [o for o in found if o not in slow]
-    undecided = f" {len(slow)} trials of the dearest verbs had no end within the limit on a machine with much other work: neither for nor against; they " \
+    undecided = f" {len(slow)} trials of the most expensive verbs had no end within the limit on a machine with much other work: neither for nor against; they " \
         "stand as *hung* in the tables, and are to be repeated on a quiet one." if slow else ""
     if not found:
         return "Nothing was against the contract." + undecided
@@ -126,7 +126,7 @@ an end within a quarter of an hour (the runs take seconds, on a machine that doe
 |---|---|"""]
     sections = [name for name in LEGEND if total(rows, name)]
     parts[0] += "".join(f"\n| [{LEGEND[name][0]}](#{LEGEND[name][0].lower().replace(' ', '-').replace('(', '').replace(')', '')}) | {total(rows, name)} |" for name in sections)
-    parts.append(f"Trials by verb, but for broken files: {by_verb(rows)}. The dearer a verb, the fewer.")
+    parts.append(f"Trials by verb, but for broken files: {by_verb(rows)}. The more expensive a verb, the fewer.")
     parts.append(PROMISES.strip())
     for name in sections:
         heading, legend = LEGEND[name]
