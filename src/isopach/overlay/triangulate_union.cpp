@@ -90,7 +90,8 @@ Triangulation triangulate_union(MeshToMerge m1, MeshToMerge m2, const UnitedNode
   context.check();
   const bool first = is_first_extended(g, m1.xy.size(), m2.xy.size());
   MeshToMerge &larger = first ? m1 : m2, &smaller = first ? m2 : m1;
-  const UnionMethod method = larger.triangulation.real == 0 ? UnionMethod::scratch : cheapest(shape_of(m1, m2, g));
+  UnionMethod method = larger.triangulation.real == 0 ? UnionMethod::scratch : cheapest(shape_of(m1, m2, g));
+  if (method == UnionMethod::merging && smaller.triangulation.real == 0) method = UnionMethod::insertion;
   if (method == UnionMethod::merging) return merge(std::move(m1), std::move(m2), g, box, context);
   smaller.triangulation = {};  // what nobody asks for any more, before more is taken
   std::optional<Triangulation> t;
