@@ -42,10 +42,8 @@ double far_outlier(Random& random, std::size_t i) { return i == 7 ? 1e9 : 1e-6 *
 double far_apart(Random& random, std::size_t i) {
   return std::ldexp(random.uniform(-1, 1), -static_cast<int>(20 * (i % 6)));
 }
-constexpr Heights heights[] = {{"rough", rough},
-                               {"nearly balanced", nearly_balanced},
-                               {"far outlier", far_outlier},
-                               {"far apart", far_apart}};
+constexpr Heights heights[] = {
+    {"rough", rough}, {"nearly balanced", nearly_balanced}, {"far outlier", far_outlier}, {"far apart", far_apart}};
 
 Rings star_over(const Array<Point2>& xy, std::uint64_t seed) {
   Box2 box;

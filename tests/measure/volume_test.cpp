@@ -59,6 +59,16 @@ TEST(SplitVolume, KeepsItsRelativeAccuracyInTheSmallestCorner) {
   }
 }
 
+TEST(SplitVolume, OfTheSmallestHeightsIsThatOfLargeOnes) {
+  for (const double unit : {0x1p-400, 0x1p-600, 0x1p-1000})
+    for (const std::array<double, 3>& d : {std::array{-1.0, 2.0, -3.0}, {1, 2, -3}, {1, -4, 0.5}, {-1, 0, 1}}) {
+      const isopach::Parts small = split_volume({0.5, {d[0] * unit, d[1] * unit, d[2] * unit}});
+      const isopach::Parts large = split_volume({0.5, d});
+      EXPECT_EQ(small.above, large.above * unit);
+      EXPECT_EQ(small.below, large.below * unit);
+    }
+}
+
 TEST(SplitVolume, OfZeroIsZero) {
   const isopach::Parts zero = split_volume({7, {0, 0, 0}});
   EXPECT_EQ(zero.above, 0);

@@ -19,7 +19,8 @@ constexpr int largest_exponent = 1024 + 64;  // of a sum of fewer than 2^64 doub
 
 [[noreturn]] void refuse_number() {
   throw InputError(
-      "an area, a volume or an integral of squares is no finite number: coordinates or heights are too large, give them "
+      "an area, a volume or an integral of squares is no finite number: coordinates or heights are too large, give "
+      "them "
       "in a larger unit");
 }
 

@@ -27,8 +27,8 @@ std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, double draw) 
   return {cells[k], area};
 }
 
-// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile. Which
-// items are in it, and where on them the points lie, follows from the items' names, so from coordinates alone.
+// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
+// Which items are in it, and where on them the points lie, follows from the items' names, so from coordinates alone.
 class Estimate {
  public:
   template <class Source>
@@ -76,8 +76,9 @@ class Estimate {
     deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
   }
 
-  /// Whether all is told of −d: of the two ways to look at a pair of surfaces the one in which the sample reaches higher.
-  /// Areas up to v round differently from both ends, so that both orders of the surfaces must look from the same one.
+  /// Whether all is told of −d: of the two ways to look at a pair of surfaces the one in which the sample reaches
+  /// higher. Areas up to v round differently from both ends, so that both orders of the surfaces must look from the
+  /// same one.
   [[nodiscard]] bool mirrored() const { return mirrored_; }
   /// The largest |d| of the cells looked at: of all cells, if `complete()`.
   [[nodiscard]] double largest() const { return largest_; }

@@ -19,6 +19,12 @@ constexpr std::size_t block = 1 << 14;
 // One corner of value c > 0, the others at −a ≤ −b < 0: the part above is a pyramid over the corner, the part below the
 // rest, both written as sums of positive terms.
 Parts corner_above(double area, double c, double a, double b) {
+  constexpr double least = 0x1p-600, up = 0x1p300;
+  const double product = (c + a) * (c + b);
+  if (product < least) {  // heights below 10⁻⁹⁰: their products may be 0
+    const Parts larger = corner_above(area, up * c, up * a, up * b);
+    return {larger.above / up, larger.below / up};
+  }
   const double scale = area / (3 * (c + a) * (c + b));
   return {scale * c * c * c, scale * (c * (a * a + a * b + b * b) + a * b * (a + b))};
 }
