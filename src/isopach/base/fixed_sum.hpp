@@ -13,10 +13,10 @@
 //   Error. Summands of size 2^(e − 131) and more lie on the grid as they are: their 53 bits end at 2^(e − 184) or
 //   before. Smaller ones are off by 2^(e − 185) at most. So the sum that value() rounds, once and to the nearest
 //   double, is exact, or off by n · 2^(e − 185): with n below 2^33 less than half an ulp of any result above
-//   B · 2^−98. Bounds may be far too large, by a factor of 10^20, and the result is still right to the last bit.
+//   2^(e − 98). Bounds may be far too large, by a factor of 10^20, and the result is still right to the last bit.
 //
-// Cost of an addition: as that of a compensated one, about 2 ns. Test: tests/base/fixed_sum_test.cpp (against
-// rational numbers).
+// Cost of an addition: 2.5 ns where a compensated one takes 1.6, more if the summand is negative. Test:
+// tests/base/fixed_sum_test.cpp (against whole numbers).
 #pragma once
 #include <bit>
 #include <cstdint>
