@@ -3,7 +3,7 @@
 // which is exact. (After the long accumulators of [Kulisch2011], of which this keeps the part that a sum can reach.)
 //
 // The grid comes from a bound B on the sum of the absolute values of all summands, whatever their number and order.
-// Let B < 2^e, with e = 1088 if B is larger than what 2^64 doubles can add up to. A step is 2^(e − 184), never finer
+// Let B < 2^e, or e = 1024 if B is beyond all doubles. A step is 2^(e − 184), never finer
 // than 2^−1074, the smallest double; integers have 192 bits.
 //
 //   Headroom. A summand is at most B in size, and rounding moves it by half a step at most. With n < 2^64 summands any
