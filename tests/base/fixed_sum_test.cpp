@@ -49,8 +49,10 @@ TEST(FixedSum, IsTheDoubleNearestToTheSum) {
 
 TEST(FixedSum, OfTiesIsTheEvenOne) {
   for (const double sign : {1.0, -1.0})
-    for (const auto& [x, y, expected] : {std::array{1.0, 0x1p-53, 1.0}, {1 + 0x1p-52, 0x1p-53, 1 + 0x1p-51},
-                                         {1.0, 0x1.8p-53, 1 + 0x1p-52}, {0x1p53, 1.0, 0x1p53}}) {
+    for (const auto& [x, y, expected] : {std::array{1.0, 0x1p-53, 1.0},
+                                         {1 + 0x1p-52, 0x1p-53, 1 + 0x1p-51},
+                                         {1.0, 0x1.8p-53, 1 + 0x1p-52},
+                                         {0x1p53, 1.0, 0x1p53}}) {
       FixedSum sum(FixedScale{0x1p60});
       sum.add(sign * x), sum.add(sign * y);
       EXPECT_EQ(sum.value(), sign * expected);

@@ -42,10 +42,8 @@ double far_outlier(Random& random, std::size_t i) { return i == 7 ? 1e9 : 1e-6 *
 double far_apart(Random& random, std::size_t i) {
   return std::ldexp(random.uniform(-1, 1), -static_cast<int>(20 * (i % 6)));
 }
-constexpr Heights heights[] = {{"rough", rough},
-                               {"nearly balanced", nearly_balanced},
-                               {"far outlier", far_outlier},
-                               {"far apart", far_apart}};
+constexpr Heights heights[] = {
+    {"rough", rough}, {"nearly balanced", nearly_balanced}, {"far outlier", far_outlier}, {"far apart", far_apart}};
 
 Rings star_over(const Array<Point2>& xy, std::uint64_t seed) {
   Box2 box;
@@ -71,7 +69,7 @@ Scene scene(const Points& points, const Heights& of, std::uint64_t seed, bool wi
     s.lod.push_back(random.uniform(0, 0.5));
   }
   for (Index i = 0; i < s.t.real; ++i) s.in_domain.push_back(random.below(9) != 0 ? 1 : 0);
-  if (!with_pieces) return s;
+  if (!with_pieces || s.t.real == 0) return s;
   Domain domain;
   domain.keep(regions_of({star_over(s.xy, seed)}));
   s.pieces = cut_cells(s.view(), s.in_domain, domain, {});
@@ -161,6 +159,7 @@ TEST_P(ExactSums, DoNotDependOnHowTrianglesAreNumbered) {
   for (const Heights& of : heights) {
     ++seed;
     const Scene s = scene(GetParam().make(1500, seed), of, seed, true);
+    if (s.t.real == 0) continue;
     const Regions rows = regions_of({star_over(s.xy, 1), star_over(s.xy, 2)});
     const std::vector<RegionSums> budget_of_s = budget(s.view(), rows, {});
     const std::vector<double> levels{12.5, 99.9};

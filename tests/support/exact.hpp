@@ -19,7 +19,8 @@ class ExactSum {
     const Integer off = 2 * boost::multiprecision::abs(sum_ - in_steps(found));
     // Half of the way to either neighbour; at a power of two the one below is nearer.
     const double beyond = std::nextafter(found, HUGE_VAL), before = std::nextafter(found, -HUGE_VAL);
-    const Integer gap = sum_ >= in_steps(found) ? in_steps(beyond) - in_steps(found) : in_steps(found) - in_steps(before);
+    const Integer gap =
+        sum_ >= in_steps(found) ? in_steps(beyond) - in_steps(found) : in_steps(found) - in_steps(before);
     if (off != gap) return off < gap;
     int exponent = 0;
     const auto digits = static_cast<std::int64_t>(std::ldexp(std::frexp(found, &exponent), 53));

@@ -11,7 +11,7 @@ namespace isopach {
 namespace {
 
 constexpr int bits_below_bound = 184, smallest_exponent = -1074;
-constexpr int largest_exponent = 1024 + 64;  // of a sum of fewer than 2^64 doubles
+constexpr int largest_exponent = 1024;  // of sums that are doubles; infinity is then beyond the range of summands
 
 [[noreturn]] void refuse(const char* what) {
   throw Error(ExitCode::internal, std::string("an exact sum has ") + what + ": this is a defect, please report it");
@@ -19,7 +19,8 @@ constexpr int largest_exponent = 1024 + 64;  // of a sum of fewer than 2^64 doub
 
 [[noreturn]] void refuse_number() {
   throw InputError(
-      "an area, a volume or an integral of squares is no finite number: coordinates or heights are too large, give them "
+      "an area, a volume or an integral of squares is no finite number: coordinates or heights are too large, give "
+      "them "
       "in a larger unit");
 }
 

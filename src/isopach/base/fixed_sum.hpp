@@ -3,8 +3,8 @@
 // which is exact. (After the long accumulators of [Kulisch2011], of which this keeps the part that a sum can reach.)
 //
 // The grid comes from a bound B on the sum of the absolute values of all summands, whatever their number and order.
-// Let B < 2^e, with e = 1088 if B is larger than what 2^64 doubles can add up to. A step is 2^(e − 184), never finer than
-// 2^−1074, the smallest double; integers have 192 bits.
+// Let B < 2^e, or e = 1024 if B is beyond all doubles. A step is 2^(e − 184), never finer
+// than 2^−1074, the smallest double; integers have 192 bits.
 //
 //   Headroom. A summand is at most B in size, and rounding moves it by half a step at most. With n < 2^64 summands any
 //   partial sum is below 2^e + 2^63 · 2^(e − 184) < 2^(e + 1) in size, and the integers reach to 2^(e + 7): 64 times
@@ -13,10 +13,10 @@
 //   Error. Summands of size 2^(e − 131) and more lie on the grid as they are: their 53 bits end at 2^(e − 184) or
 //   before. Smaller ones are off by 2^(e − 185) at most. So the sum that value() rounds, once and to the nearest
 //   double, is exact, or off by n · 2^(e − 185): with n below 2^33 less than half an ulp of any result above
-//   B · 2^−98. Bounds may be far too large, by a factor of 10^20, and the result is still right to the last bit.
+//   2^(e − 98). Bounds may be far too large, by a factor of 10^20, and the result is still right to the last bit.
 //
-// Cost of an addition: as that of a compensated one, about 2 ns. Test: tests/base/fixed_sum_test.cpp (against
-// rational numbers).
+// Cost of an addition: 2.5 ns where a compensated one takes 1.6, more if the summand is negative. Test:
+// tests/base/fixed_sum_test.cpp (against whole numbers).
 #pragma once
 #include <bit>
 #include <cstdint>
@@ -48,10 +48,12 @@ class FixedSum {
   void add(double x) {
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const std::uint64_t shift = (bits >> 52) - base_;
-    if (shift > 63) [[unlikely]] return add_rare(x);  // negative, 0, small, or nearly as large as the bound
+    if (shift > 63) [[unlikely]]
+      return add_rare(x);  // negative, 0, small, or nearly as large as the bound
     const std::uint64_t size = (bits & 0xfffffffffffff) | 0x10000000000000;
     const UInt128 summand = UInt128{size >> 1 >> (63 - shift)} << 64 | size << shift;
-    if (__builtin_add_overflow(high_, static_cast<Int128>(summand), &high_)) [[unlikely]] refuse_sum();
+    if (__builtin_add_overflow(high_, static_cast<Int128>(summand), &high_)) [[unlikely]]
+      refuse_sum();
   }
   /// Sums on one grid, or empty ones; Error (internal) if the grids differ.
   void add(const FixedSum& other) { combine(other, other.high_, other.low_); }

@@ -1,5 +1,5 @@
-// Numbers that depend on coordinates alone: names of points and cells for draws that are the same in whatever order, and
-// under whatever number, they come. Not random by themselves: feed them to a RandomStream.
+// Numbers that depend on coordinates alone: names of points and cells for draws that are the same in whatever order,
+// and under whatever number, they come. Not random by themselves: feed them to a RandomStream.
 #pragma once
 #include <bit>
 #include <cstdint>

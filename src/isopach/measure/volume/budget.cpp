@@ -41,8 +41,9 @@ std::vector<RegionSums> budget_of(const Source& cells, const Regions& regions, c
   for_blocks(n, block, [&](std::size_t begin, std::size_t end) {
     Regions::Scratch scratch;
     for_convex(cells, begin, end, [&](const ConvexCell& cell) {
-      regions.for_pieces(cell, scratch,
-                         [&](Index region, const ConvexCell& piece) { blocks[begin / block].add(region, piece, scales); });
+      regions.for_pieces(cell, scratch, [&](Index region, const ConvexCell& piece) {
+        blocks[begin / block].add(region, piece, scales);
+      });
     });
   });
   std::vector<VolumeSums> sums(regions.size());

@@ -53,8 +53,8 @@ struct Interval {
 // the edges that count, or on the far side, and a long piece is over 8 wide, so that ratios stay below 15).
 constexpr double times_its_area = 1024;
 
-// Densities steer a search and decide nothing, so that those of cells far flatter than the interval are cut short: their
-// sum has a bound then.
+// Densities steer a search and decide nothing, so that those of cells far flatter than the interval are cut short:
+// their sum has a bound then.
 [[nodiscard]] inline double most_density(double area, const Interval& v) {
   constexpr double steepest = 0x1p30, largest = 0x1p800;
   return std::min(steepest * (area / (v.high - v.low)), largest);

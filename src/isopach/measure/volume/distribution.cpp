@@ -5,6 +5,7 @@
 #include <limits>
 #include <optional>
 #include <span>
+#include <type_traits>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
@@ -27,8 +28,18 @@ std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, double draw) 
   return {cells[k], area};
 }
 
-// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile. Which
-// items are in it, and where on them the points lie, follows from the items' names, so from coordinates alone.
+// Of what can be told without making cells.
+double quick_largest(const CellView& cells, std::size_t item) {
+  double largest = 0;
+  for_cells(cells, item, item + 1, [&](const Cell& cell) {
+    for (const double d : cell.d) largest = std::max(largest, std::fabs(d));
+  });
+  return largest;
+}
+double quick_largest(const OverlayCells&, std::size_t) { return 0; }
+
+// Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
+// Which items are in it, and where on them the points lie, follows from the items' names, so from coordinates alone.
 class Estimate {
  public:
   template <class Source>
@@ -50,7 +61,10 @@ class Estimate {
           for (std::size_t i = begin; i < end; ++i) {
             if (!may_have_cells(source, i)) continue;
             const std::uint64_t name = name_of(source, i);
-            if (!complete_ && RandomStream(0, 0).uniform(name) >= share) continue;
+            if (!complete_ && RandomStream(0, 0).uniform(name) >= share) {
+              part.largest = std::max(part.largest, quick_largest(source, i));
+              continue;
+            }
             cells.clear();
             for_cells(source, i, i + 1, [&](const Cell& cell) { cells.push_back(cell); });
             for (const Cell& cell : cells)
@@ -76,10 +90,11 @@ class Estimate {
     deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
   }
 
-  /// Whether all is told of −d: of the two ways to look at a pair of surfaces the one in which the sample reaches higher.
-  /// Areas up to v round differently from both ends, so that both orders of the surfaces must look from the same one.
+  /// Whether all is told of −d: of the two ways to look at a pair of surfaces the one in which the sample reaches
+  /// higher. Areas up to v round differently from both ends, so that both orders of the surfaces must look from the
+  /// same one.
   [[nodiscard]] bool mirrored() const { return mirrored_; }
-  /// The largest |d| of the cells looked at: of all cells, if `complete()`.
+  /// The largest |d| of the cells looked at: of all cells of T, and of all of the overlay if `complete()`.
   [[nodiscard]] double largest() const { return largest_; }
   [[nodiscard]] bool complete() const { return complete_; }
 
@@ -376,10 +391,11 @@ double area_below(const Cell& cell, double v) {
 template <class Source>
 Described describe(const Source& cells, const std::vector<Quantile>& wanted, std::size_t bins, const Context& context) {
   context.check();
-  const SumBounds bounds = bounds_of(cells);
-  const SumScales scales(bounds, times_its_area);
+  SumBounds bounds = bounds_of(cells);
   const Estimate estimate(cells, context);
-  const double limit = estimate.complete() ? estimate.largest() : bounds.difference;
+  if (estimate.complete() || std::is_same_v<Source, CellView>) bounds.difference = estimate.largest();
+  const double limit = bounds.difference;
+  const SumScales scales(bounds, times_its_area);
   // Wide enough for most of the area, not for the last outlier.
   double half = std::min(estimate.largest(), 1.5 * estimate.absolute_quantile(0.99));
   if (!(half > 0)) half = estimate.largest() > 0 ? estimate.largest() : (limit > 0 ? limit : 1);

@@ -13,9 +13,7 @@ namespace isopach {
 struct SumScales {
   FixedScale area, volume, square;
   explicit SumScales(const SumBounds& b, double times = 1)
-      : area{times, b.area},
-        volume{times, b.area, b.difference},
-        square{times, b.area, b.difference, b.difference} {}
+      : area{times, b.area}, volume{times, b.area, b.difference}, square{times, b.area, b.difference, b.difference} {}
 };
 
 /// Area and both volumes of some cells.
