@@ -11,6 +11,8 @@ set -euo pipefail
 packages=(
   # tools
   git make g++ cmake ninja-build pkg-config ccache python3
+  # the Python module, built in a virtual environment
+  python3-dev python3-venv
   # checks and fuzzing
   clang clang-format libclang-rt-dev
   # the library
