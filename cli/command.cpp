@@ -9,6 +9,7 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <sstream>
 
 #include "cli/interrupt.hpp"
@@ -252,6 +253,48 @@ void refuse_empty_names(const CLI::App& app, const Arguments& arguments) {
 }
 
 }  // namespace
+
+Command::~Command() = default;
+
+template <class T>
+CLI::Option* Command::positional(const std::string& name, T& target, const std::string& description) {
+  return app_.add_option(name, target, description)->type_name("")->required();
+}
+
+template <class T>
+CLI::Option* Command::option(const std::string& names, const std::string& type, T& target,
+                             const std::string& description) {
+  return app_.add_option(names, target, description)->type_name(type)->group(heading_)->allow_extra_args(false);
+}
+
+// The types of values that options have.
+using Words = std::vector<std::string>;
+template CLI::Option* Command::positional(const std::string&, std::string&, const std::string&);
+template CLI::Option* Command::positional(const std::string&, Words&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::string&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, Words&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, double&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, int&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, unsigned&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::uint64_t&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<double>&,
+                                      const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<unsigned>&,
+                                      const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<std::size_t>&,
+                                      const std::string&);
+
+CLI::Option* Command::flag(const std::string& names, bool& target, const std::string& description) {
+  return app_.add_flag(names, target, description)->group(heading_);
+}
+
+CLI::Option* Command::option_with(const std::string& names, const std::string& type,
+                                  const std::function<void(const std::string& text)>& read,
+                                  const std::string& description, const std::string& default_value) {
+  CLI::Option* option = app_.add_option_function<std::string>(names, read, description)->type_name(type);
+  if (!default_value.empty()) option->default_str(default_value);
+  return option->group(heading_);
+}
 
 std::string Command::unknown_word() const {
   std::vector<std::string> names;
