@@ -80,7 +80,7 @@ class Beside {
   }
   void hear(const std::string& warning) {  // of the worker
     const std::lock_guard lock(mutex_);
-    warnings_.push_back(for_keywords(warning));
+    warnings_.push_back(for_shell(warning));
   }
 
   template <class Work>
@@ -160,7 +160,7 @@ void run_in(Session& session, Beside& beside, Work&& work) {
       work();
     } catch (const Error& error) {
       code = error.code();
-      message = for_keywords(error.what());
+      message = for_shell(error.what());
       if (code == ExitCode::input || code == ExitCode::no_overlap) message = cli::naming_a_scan(message);
     }
   });
@@ -343,7 +343,7 @@ const std::map<std::string, int (*)(const cli::Arguments&)>& verbs() {
   return all;
 }
 
-std::unique_ptr<Found> run_verb(const std::string& verb, const std::vector<nb::bytes>& words, const Given& given,
+Found* run_verb(const std::string& verb, const std::vector<nb::bytes>& words, const Given& given,
                                 nb::object progress, nb::object warn) {
   auto found = std::make_unique<Found>();
   found->verb = verb;
@@ -362,7 +362,7 @@ std::unique_ptr<Found> run_verb(const std::string& verb, const std::vector<nb::b
   run_in(session, beside, [&] { verbs().at(verb)(arguments); });
   found->answer = std::move(session.answer);
   found->words = std::move(session.words);
-  return found;
+  return found.release();  // Python's from now on
 }
 
 nb::list options_of(const std::string& verb) {
@@ -390,7 +390,7 @@ nb::object required(const Found& found) {
   try {
     found.answer->require();
   } catch (const Error& error) {
-    return nb::make_tuple(static_cast<int>(error.code()), to_str(for_keywords(error.what())));
+    return nb::make_tuple(static_cast<int>(error.code()), to_str(for_shell(error.what())));
   }
   return nb::none();
 }
@@ -639,7 +639,7 @@ NB_MODULE(_core, m) {
       .def_prop_ro("notes",
                    [](const Scan& s) {
                      nb::list all;
-                     for (const std::string& note : s.view.notes) all.append(to_str(isopach::for_keywords(note)));
+                     for (const std::string& note : s.view.notes) all.append(to_str(isopach::for_shell(note)));
                      return all;
                    })
       .def("write", &write_scan);
@@ -660,11 +660,11 @@ NB_MODULE(_core, m) {
 
   nb::class_<Found>(m, "Found")
       .def("json", [](const Found& f) { return to_str(f.answer->json({})); })
-      .def("text", [](const Found& f) { return to_str(isopach::for_keywords(f.answer->text())); })
+      .def("text", [](const Found& f) { return to_str(isopach::for_shell(f.answer->text())); })
       .def_prop_ro("warnings",
                    [](const Found& f) {
                      nb::list all;
-                     for (const std::string& w : f.answer->warnings()) all.append(to_str(isopach::for_keywords(w)));
+                     for (const std::string& w : f.answer->warnings()) all.append(to_str(isopach::for_shell(w)));
                      return all;
                    })
       .def_prop_ro("failure", &required)

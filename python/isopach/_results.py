@@ -20,7 +20,7 @@ from ._progress import listener
 from ._record import Record
 from ._run import plain_word
 from ._scan import Scan, _guarded, _numbers, _read_only
-from ._spell import spell
+from ._spell import spell, spell_lines
 
 
 def needed(module: str, extra: str) -> Any:
@@ -187,7 +187,7 @@ class Result(Record):
 
     @classmethod
     def _of(cls, found: Any, scans: dict[str, Scan]) -> Any:
-        return cls._made(found.json(), found.text(), found, found.arrays(), {}, scans)
+        return cls._made(found.json(), spell_lines(found.text()), found, found.arrays(), {}, scans)
 
     @classmethod
     def _made(cls, text: str, words: str, found: Any, arrays: Any, cells: Any, scans: Any) -> Any:
@@ -292,8 +292,9 @@ class Result(Record):
 
     def _lines(self) -> list[str]:
         """What repr shows: four lines at most."""
-        return [f"{type(self).__name__}: {spell(line)}" if not number else "  " + spell(line)
-                for number, line in enumerate(line for line in self._text.split("\n")[:4] if line.strip())]
+        lines = [line.strip() for line in self._text.split("\n") if line.strip()][:3]
+        return [f"{type(self).__name__}: {lines[0]}" if lines else type(self).__name__,
+                *("  " + line for line in lines[1:]), f"  unit {self.unit}; {self._warned()}"]
 
     def __repr__(self) -> str:
         return "\n".join(self._lines())
@@ -333,7 +334,7 @@ class _WithCells(Result):
         """B − A at places, (n, 2) or one (x, y); NaN where it was not measured."""
         places = _numbers(xy, "its values", "xy")
         single = places.ndim == 1
-        if places.reshape(-1, 2).shape[1] != 2 or places.shape[-1] != 2 or places.ndim > 2:
+        if places.ndim not in (1, 2) or places.shape[-1] != 2:
             raise UsageError(f"xy: an array of shape {places.shape}: needed is (n, 2), or one place (x, y)")
         z_a, z_b = self._heights(places.reshape(-1, 2))
         return float(z_b[0] - z_a[0]) if single else z_b - z_a

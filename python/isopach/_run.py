@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import difflib
-import json
 import logging
 import os
 import warnings
@@ -15,7 +14,7 @@ import numpy as np
 from . import _core
 from ._errors import ScanWarning, UsageError, error_of
 from ._progress import listener
-from ._scan import Scan, _threads, as_scan
+from ._scan import Scan, _scan_of, _threads, as_scan
 from ._spell import spell
 from ._table import keywords
 
@@ -162,16 +161,6 @@ def _polygons_words(call: Call, value: Any, keyword: str) -> list[str]:
     return [word]
 
 
-def _sigma_word(call: Call, value: Any, keyword: str) -> str:
-    """A number or a word; values by point become an attribute of the scan."""
-    if not isinstance(value, (np.ndarray, list, tuple)) or np.ndim(value) != 1:
-        return plain_word(value, keyword)
-    argument = "a" if keyword == "sigma1" else "b"
-    if argument not in call.kept:
-        raise UsageError(f"{keyword}: values by point need {argument} as an array or an isopach.Scan, not as a file")
-    raise AssertionError("values by point are put into the scan before it is named")
-
-
 def _registration_word(call: Call, value: Any, keyword: str) -> str:
     if not hasattr(value, "to_json"):
         return plain_word(value, keyword)
@@ -187,7 +176,6 @@ def _with_sigma(thing: Any, values: Any, argument: str, keyword: str) -> tuple[A
     scan = as_scan(thing, argument)
     if not isinstance(scan, Scan):
         raise UsageError(f"{keyword}: values by point need {argument} as an array or an isopach.Scan, not as a file")
-    from ._scan import _scan_of
     given = np.asarray(values)
     if given.shape != (len(scan),):
         raise UsageError(f"{keyword}: {len(given)} values for the {len(scan)} points of {argument}")
@@ -218,9 +206,8 @@ def _option(call: Call, keyword: str, row: Mapping[str, Any], value: Any) -> Non
     elif row["type"] in ("on|off",) and isinstance(value, (bool, np.bool_)):
         words = ["on" if value else "off"]
     elif row["type"] == "N" or "PIXELS" in row["type"]:
-        if isinstance(value, float) and not value.is_integer():
-            raise UsageError(f"{keyword}: {value} is not a whole number")
-        words = [number_word(int(value), keyword) if isinstance(value, float) else plain_word(value, keyword)]
+        whole = isinstance(value, (float, np.floating)) and float(value).is_integer()
+        words = [str(int(value)) if whole else plain_word(value, keyword)]
     else:
         words = [plain_word(value, keyword)]
     for word in words:
@@ -254,7 +241,7 @@ def run(verb: str, positional: list[tuple[str, Any]], options: dict[str, Any], r
         _option(call, keyword, table[keyword], value)
     wanted = _threads(threads)
     if wanted:
-        call.put("--threads", str(wanted))
+        call.put(f"--threads={wanted}")
 
     found = _execute(call, progress)
     if result_class is None:
@@ -298,6 +285,3 @@ def _execute(call: Call, progress: Any) -> Any:
     log.info("%s: done", call.verb)
     return found
 
-
-def parsed(text: str) -> Any:
-    return json.loads(text)

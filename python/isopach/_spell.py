@@ -22,7 +22,12 @@ def _options() -> dict[str, tuple[bool, frozenset[str]]]:
 
 
 def spell(message: str) -> str:
-    """`message` with keywords in place of options: "--surface common" becomes surface="common", --match match=True."""
+    """`message` in one line with keywords for options: "--surface common" becomes surface="common", --match match=True."""
+    return " ".join(spell_lines(message).split("\n")).strip()
+
+
+def spell_lines(message: str) -> str:
+    """The same with its lines as they are."""
     def replaced(match: re.Match[str]) -> str:
         name, rest, word = match.group(1), match.group(2) or "", match.group(3) or ""
         if name not in _options():
@@ -37,5 +42,4 @@ def spell(message: str) -> str:
             return f'{keyword}="{word}"'
         return keyword + rest
 
-    text = re.sub(r"(?<![\w'\"/.@-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)( ([\w.-]*\w))?", replaced, message)
-    return text.replace("\n", " ").strip()
+    return re.sub(r"(?<![\w'\"/.@-])--([a-z][a-z0-9]*(?:-[a-z0-9]+)*)( (\w[\w.-]*))?", replaced, message)

@@ -87,6 +87,8 @@ def _positional(verb: str, bound: inspect.BoundArguments) -> list[tuple[str, Any
     given = [(name, bound.arguments[name]) for name in ARGUMENTS[verb] if bound.arguments.get(name) is not None]
     if verb == "info":
         files = bound.arguments.get("files", ())
+        if not files:
+            raise UsageError("files: none was passed")
         return [(f"files[{k}]" if len(files) > 1 else "files", file) for k, file in enumerate(files)]
     if verb == "sequence":
         frames = bound.arguments["frames"]
@@ -95,9 +97,12 @@ def _positional(verb: str, bound: inspect.BoundArguments) -> list[tuple[str, Any
         if hasattr(frames, "ndim") and frames.ndim == 2:
             raise UsageError("frames: one array: needed are several scans, a list of arrays or paths")
         try:
-            return [(f"frames[{k}]", frame) for k, frame in enumerate(frames)]
+            several = list(frames)
         except TypeError:
             raise UsageError(f"frames: {type(frames).__name__} is no list of scans and no folder") from None
+        if not several:
+            raise UsageError("frames: no scans")
+        return [(f"frames[{k}]", frame) for k, frame in enumerate(several)]
     if verb == "simulate":
         return [("scene", Word(plain_word(bound.arguments["scene"], "scene")))]
     if verb == "convert":

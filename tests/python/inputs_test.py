@@ -44,8 +44,6 @@ def test_other_types_are_the_doubles_of_them(plane, kind):
 def test_masked_points_are_left_out(plane):
     a = np.ma.masked_array(np.array(plane.a.points), mask=False)
     a[5, 2] = np.ma.masked
-    assert isopach.compare(a, plane.b).inputs[0].dropped.nonfinite == 1 if "dropped" in \
-        isopach.compare(a, plane.b).inputs[0] else True
     assert np.isnan(isopach.compare(a, plane.b).points_a.dz_signed[5])
 
 
@@ -238,7 +236,7 @@ def test_a_file_that_is_none(tmp_path):
     ({"direction": (0, 0, 0)}, "^direction: "),
     ({"classes": "ground"}, "^classes: 'ground' is not a number"),
     ({"match": "yes"}, "^match: 'yes' is not True or False"),
-    ({"max_iterations": 2.5, "match": True}, "^max_iterations: 2.5 is not a whole number"),
+    ({"max_iterations": 2.5, "match": True}, "^max_iterations: '2.5' is not a whole number"),
     ({"objective": "icp-plane"}, "^objective: it says how to match: give it with match=True"),
     ({"fail_above": {"beauty": 1}}, "^fail_above: unknown statistic 'beauty'"),
     ({"include": 7}, "^include: int: needed is"),
