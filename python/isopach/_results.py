@@ -576,8 +576,8 @@ class Matching(Result):
             rho = f", rho {_number(before['rho'])} → {_number(after['rho'])}{self._u()}"
         lines = [f"Matching: moved by {_number(float(shift))}{self._u()}, turned by {_number(float(turn))}°{rho}",
                  f"  {state} ({self._data['iterations']} steps, objective {self._data['objective']})"]
-        if verdict.get("pose"):
-            lines.append(f"  verdict: {verdict['pose']}")
+        if verdict.get("grade"):
+            lines.append(f"  verdict: {verdict['grade']}")
         return [*lines, f"  unit {self.unit}; {self._warned()}"]
 
 

@@ -84,6 +84,14 @@ def _has(module):
     return importlib.util.find_spec(module) is not None
 
 
+def test_stubs_fit_the_module():
+    pytest.importorskip("mypy")
+    run = subprocess.run([sys.executable, "-m", "mypy.stubtest", "isopach._verbs", "--ignore-missing-stub"],
+                         capture_output=True, text=True, cwd=ROOT,
+                         env={**__import__("os").environ, "MYPYPATH": str(pathlib.Path(isopach.__file__).parents[1])})
+    assert run.returncode == 0, run.stdout + run.stderr
+
+
 def test_mypy():
     pytest.importorskip("mypy")
     run = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent",
