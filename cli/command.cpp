@@ -317,7 +317,7 @@ OptionRow row_of(const CLI::Option& option) {
   row.names = option.get_lnames();
   row.positional = option.get_positional();
   if (row.positional) row.names = {option.get_name(false)};
-  row.flag = option.get_type_size() == 0;
+  row.flag = !row.positional && option.get_items_expected_max() == 0;
   row.list = option.get_items_expected_max() > 1;
   row.required = option.get_required();
   row.heading = option.get_group();

@@ -8,7 +8,6 @@
 #include <nanobind/ndarray.h>
 #include <nanobind/stl/array.h>
 #include <nanobind/stl/map.h>
-#include <nanobind/stl/optional.h>
 #include <nanobind/stl/pair.h>
 #include <nanobind/stl/string.h>
 #include <nanobind/stl/tuple.h>
@@ -223,27 +222,27 @@ struct Scan {
   std::vector<std::pair<std::string, nb::object>> attributes;
 };
 
-const double* address(const InDoubles& a) { return a.data(); }
-
-/// Strides count doubles.
+/// Strides count doubles. The arrays come as objects, too: these are shown again.
 Scan scan_of_arrays(nb::object points_object, const InDoubles& points,
-                    const std::vector<std::pair<std::string, InDoubles>>& attributes, std::optional<InTriangles> faces,
+                    const std::vector<std::pair<std::string, nb::object>>& attributes, nb::object faces,
                     const std::string& unit, const std::string& vertical_unit, const std::string& crs,
                     const nb::bytes& name) {
   Scan scan;
   const std::size_t n = points.shape(0);
   const std::int64_t down = points.stride(0), across = points.stride(1);
-  const double* x = address(points);
+  const double* x = points.data();
   scan.view = CloudView(n == 0 ? PointsView() : PointsView(x, x + across, x + 2 * across, n, down));
-  for (const auto& [attribute, values] : attributes) {
-    scan.view.attributes.push_back({attribute, ValuesView(address(values), n, n == 0 ? 1 : values.stride(0))});
-    scan.attributes.emplace_back(attribute, nb::cast(values));
+  for (const auto& [attribute, object] : attributes) {
+    const auto values = nb::cast<InDoubles>(object);
+    scan.view.attributes.push_back({attribute, ValuesView(values.data(), n, n == 0 ? 1 : values.stride(0))});
+    scan.attributes.emplace_back(attribute, object);
   }
-  if (faces && faces->shape(0) > 0) {
+  if (!faces.is_none()) {
     static_assert(sizeof(Index) == sizeof(std::int32_t), "faces are views of int32");
-    const auto* first = reinterpret_cast<const std::array<Index, 3>*>(faces->data());
-    scan.view.faces = FacesView(first, faces->shape(0));
-    scan.faces = nb::cast(*faces);
+    const auto corners = nb::cast<InTriangles>(faces);
+    const auto* first = reinterpret_cast<const std::array<Index, 3>*>(corners.data());
+    scan.view.faces = FacesView(first, corners.shape(0));
+    scan.faces = std::move(faces);
   }
   scan.view.unit = unit, scan.view.vertical_unit = vertical_unit, scan.view.crs = crs, scan.view.path = to_string(name);
   scan.points = std::move(points_object);
@@ -270,6 +269,7 @@ nb::object attribute_of(nb::handle self, const std::string& name) {
 nb::object faces_of(nb::handle self) {
   const Scan& scan = nb::cast<const Scan&>(self);
   if (scan.view.faces.empty()) return nb::none();
+  if (scan.faces) return scan.faces;
   return view2(reinterpret_cast<const std::int32_t*>(scan.view.faces.data()), scan.view.faces.size(), 3, self);
 }
 
@@ -617,7 +617,7 @@ nb::list scans_of(const Found& found) {
 NB_MODULE(_core, m) {
   using namespace isopach::python;
   m.doc() = "The verbs of isopach, as the package isopach uses them; not for direct use.";
-  m.attr("version") = isopach::version;
+  m.attr("version") = std::string(isopach::version);
   failure_type = PyErr_NewException("isopach._core.Failure", PyExc_Exception, nullptr);
   m.attr("Failure") = nb::borrow(failure_type);
 
