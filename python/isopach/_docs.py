@@ -52,7 +52,7 @@ True""",
     "roughness": """>>> import isopach
 >>> scene = isopach.simulate("skin", points=20000)
 >>> r = isopach.roughness(scene.a, l_filter=8)
->>> bool(r.scan.parameters.Sq > 0)
+>>> bool(r.scan.parameters.sq > 0)
 True""",
     "accuracy": """>>> import isopach
 >>> scene = isopach.simulate("accuracy", points=5000)
