@@ -16,12 +16,12 @@ from ._record import Record
 from ._results import (Accuracy, Asymmetry, Cells, Combination, Comparison, Distances, Fields, Info, Matching, Profile,
                        Result, Roughness, Scanners, Scene, Sequence)
 from ._scan import Scan, read, scan
-from ._verbs import (accuracy, asymmetry, combine, compare, convert, distance, info, match, roughness, scanners, sequence,
-                     simulate)
+from ._verbs import (ScanLike, accuracy, asymmetry, combine, compare, convert, distance, info, match, roughness, scanners,
+                     sequence, simulate)
 
 __all__ = [
     "Accuracy", "Asymmetry", "Cells", "Combination", "Comparison", "ConvergenceError", "Distances", "Error", "Fields",
-    "Info", "InputError", "Matching", "OverlapError", "Profile", "Record", "Result", "Roughness", "Scan", "ScanWarning",
+    "Info", "InputError", "Matching", "OverlapError", "Profile", "Record", "Result", "Roughness", "Scan", "ScanLike", "ScanWarning",
     "Scanners", "Scene", "Sequence", "ToleranceError", "UsageError", "__version__", "accuracy", "asymmetry", "combine",
     "compare", "convert", "distance", "info", "match", "read", "roughness", "scan", "scanners", "sequence", "simulate",
 ]

@@ -15,6 +15,9 @@ from ._run import Word, plain_word, run, unknown_keyword
 from ._spell import spell
 from ._table import keywords
 
+#: For annotations: a path, an (n, 3) array, a Scan, or an object of another library that holds one.
+ScanLike = Any
+
 #: What stands in front of the keywords; a default makes an argument optional.
 ARGUMENTS: dict[str, tuple[str, ...]] = {
     "compare": ("a", "b"), "match": ("moving", "fixed"), "distance": ("a", "b"), "roughness": ("scan", "after"),
