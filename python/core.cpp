@@ -343,8 +343,8 @@ const std::map<std::string, int (*)(const cli::Arguments&)>& verbs() {
   return all;
 }
 
-Found* run_verb(const std::string& verb, const std::vector<nb::bytes>& words, const Given& given,
-                                nb::object progress, nb::object warn) {
+Found* run_verb(const std::string& verb, const std::vector<nb::bytes>& words, const Given& given, nb::object progress,
+                nb::object warn) {
   auto found = std::make_unique<Found>();
   found->verb = verb;
   cli::Arguments arguments;

@@ -86,7 +86,7 @@ def test_interrupt():
         times.append(time.monotonic() - sent[0])
         sender.join()
     assert without_timing(isopach.compare(a[:5000], b[:5000]).to_json()) == before
-    assert min(times) < 0.3  # of one that is not held up by what else runs here; see bench/python/interrupts.py
+    assert min(times) < 0.3  # of one that is not held up by what else runs here; see bench/python/costs.py
 
 
 def test_interrupted_save_leaves_nothing(tmp_path):
