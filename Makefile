@@ -1,6 +1,6 @@
 # Thin: every target is one or two commands that can be typed by hand. Needs bash, make and the network once, for set-up.
 .DEFAULT_GOAL := build
-.PHONY: setup build demo test bench fuzz check format clean
+.PHONY: setup build demo python test bench fuzz check format clean
 
 JOBS ?= $(shell nproc)
 
@@ -15,6 +15,13 @@ demo: setup  ## a comparison with known truth, and its report; builds the progra
 	@cmake --preset release --log-level=WARNING
 	@cmake --build --preset release -j $(JOBS) --target isopach-bin
 	@build/release/bin/isopach demo -o out/demo
+
+# From then on `make test` runs its tests, too.
+python: setup  ## the Python module, to be imported from build/release/python; pip install . installs it
+	@test -x build/venv/bin/python || python3 -m venv build/venv
+	@build/venv/bin/python -m pip install --quiet nanobind numpy pytest mypy
+	@cmake --preset release --log-level=WARNING -DISOPACH_PYTHON=ON -DPython_EXECUTABLE=$(CURDIR)/build/venv/bin/python
+	@cmake --build --preset release -j $(JOBS) --target isopach-python isopach-bin
 
 test: build  ## all tests; the last lines are ctest's own
 	@ctest --preset release -j $(JOBS)

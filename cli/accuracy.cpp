@@ -4,10 +4,12 @@
 #include <cmath>
 #include <memory>
 
+#include "cli/answer.hpp"
 #include "cli/application.hpp"
 #include "cli/match.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/accuracy.hpp"
@@ -36,7 +38,7 @@ struct Request {
   std::string reconstruction, reference, start;
   AccuracyOptions options;
   std::vector<AccuracyLimit> limits;
-  ApplicationOutput output;
+  Delivery output;
   bool visible = false;
   RunOptions run;
 };
@@ -68,10 +70,33 @@ void add_limits(const std::string& text, const std::string& option, bool least, 
   }
 }
 
-void deliver(Accuracy& a, const std::vector<AccuracyCheck>& checks, const Request& request, OutputFolder* folder,
-             double read_s, Run& run) {
+}  // namespace
+
+std::string AccuracyAnswer::json(const std::vector<std::string>& outputs) const {
+  return accuracy_json(accuracy, checks, outputs);
+}
+std::string AccuracyAnswer::text() const { return accuracy_text(accuracy, checks); }
+void AccuracyAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  add_application_output(command, delivery, "accuracy.png, pose.txt");
+}
+bool AccuracyAnswer::draw(const std::string& path, const MapOptions& look, const Context& context) const {
+  write_accuracy_map(path, accuracy, look, context);
+  return true;
+}
+void AccuracyAnswer::require() const {
+  if (accuracy.matching && !accuracy.matching->converged)
+    throw Error(ExitCode::not_converged,
+                accuracy.matching->reason +
+                    ": the alignment is the best one found; allow more steps (--max-iterations), or "
+                    "give a better --start");
+  const std::string exceeded = failed(accuracy, checks);
+  if (!exceeded.empty()) throw Error(ExitCode::tolerance, exceeded);
+}
+
+void AccuracyAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Accuracy& a = accuracy;
   const Context& context = run.context();
-  const MapOptions& look = request.output.map;
+  const MapOptions& look = delivery.map;
   Delivered files;
   files.write = [&](OutputFolder& out) {
     const std::string map = out.path("accuracy.png");
@@ -84,10 +109,8 @@ void deliver(Accuracy& a, const std::vector<AccuracyCheck>& checks, const Reques
     write_accuracy_html(path, a, map, json, look, context);
   };
   files.text = [&] { return accuracy_text(a, checks); };
-  deliver_application(files, a.timing, a.warnings, request.output, folder, read_s, run);
+  deliver_application(files, a.timing, a.warnings, delivery, folder, run);
 }
-
-}  // namespace
 
 int run_accuracy(const Arguments& arguments) {
   Request request;
@@ -135,25 +158,20 @@ int run_accuracy(const Arguments& arguments) {
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;
-  Cloud reconstruction = read_cloud(request.reconstruction, wanted, run.context());
-  Cloud reference = read_cloud(request.reference, wanted, run.context());
+  auto answer = std::make_unique<AccuracyAnswer>();
+  CloudView &reconstruction = answer->reconstruction, &reference = answer->reference;
+  reconstruction = scan_named(request.reconstruction, wanted, run.context());
+  reference = scan_named(request.reference, wanted, run.context());
   if (request.visible) {
-    Cloud seen = visible_of(reference, {}, reconstruction, compare.project, run.context());
+    CloudView seen = visible_of(reference, {}, reconstruction, compare.project, run.context());
     reconstruction = visible_of(std::move(reconstruction), options.start, reference, compare.project, run.context());
     reference = std::move(seen);
   }
   const double read_s = watch.lap();
-  Accuracy a = accuracy(reconstruction, reference, request.options, run.context());
-  const std::vector<AccuracyCheck> checks = verdict(a, request.limits);
-  deliver(a, checks, request, folder.get(), read_s, run);
-  if (a.matching && !a.matching->converged)
-    throw Error(ExitCode::not_converged,
-                a.matching->reason +
-                    ": the alignment is the best one found; allow more steps (--max-iterations), or "
-                    "give a better --start");
-  const std::string exceeded = failed(a, checks);
-  if (!exceeded.empty()) throw Error(ExitCode::tolerance, exceeded);
-  return 0;
+  answer->accuracy = accuracy(reconstruction, reference, request.options, run.context());
+  answer->checks = verdict(answer->accuracy, request.limits);
+  add_read_time(answer->accuracy.timing, read_s);
+  return finish(std::move(answer), request.output, folder.get(), run);
 }
 
 }  // namespace isopach::cli

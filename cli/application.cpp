@@ -2,7 +2,7 @@
 
 namespace isopach::cli {
 
-void add_application_output(Command& command, ApplicationOutput& output, const std::string& files) {
+void add_application_output(Command& command, Delivery& output, const std::string& files) {
   command.heading("Output");
   command
       .option("-o,--output", "DIR", output.output,
@@ -13,19 +13,16 @@ void add_application_output(Command& command, ApplicationOutput& output, const s
   add_map_options(command, output.map, "Title of map and report");
 }
 
-std::unique_ptr<OutputFolder> open_folder(const ApplicationOutput& output) {
+std::unique_ptr<OutputFolder> open_folder(const Delivery& output) {
   return output.output.empty() ? nullptr : std::make_unique<OutputFolder>(output.output);
 }
 
 void deliver_application(const Delivered& result, Timing& timing, const std::vector<std::string>& warnings,
-                         const ApplicationOutput& output, OutputFolder* folder, double read_s, Run& run) {
+                         const Delivery& output, OutputFolder* folder, Run& run) {
   Stopwatch watch;
   std::string map;
   if (folder != nullptr) map = result.write(*folder);
-  const double write_s = watch.lap();
-  timing.stages.insert(timing.stages.begin(), {"read", read_s});
-  timing.stages.emplace_back("write", write_s);
-  timing.total += read_s + write_s;
+  set_write_time(timing, watch.lap());
   std::string json;
   if (folder != nullptr) {
     const std::string report = folder->path("report.html"), file = folder->path("result.json");

@@ -9,16 +9,11 @@
 
 namespace isopach::cli {
 
-struct ApplicationOutput {
-  std::string output, json;
-  MapOptions map;
-};
-
 /// --output, --json and the look of the map. `files`: what is written beside result.json and report.html.
-void add_application_output(Command& command, ApplicationOutput& output, const std::string& files);
+void add_application_output(Command& command, Delivery& output, const std::string& files);
 
 /// Nothing where no folder is asked for.
-[[nodiscard]] std::unique_ptr<OutputFolder> open_folder(const ApplicationOutput& output);
+[[nodiscard]] std::unique_ptr<OutputFolder> open_folder(const Delivery& output);
 
 /// How a result is written.
 struct Delivered {
@@ -28,6 +23,6 @@ struct Delivered {
   std::function<std::string()> text;
 };
 void deliver_application(const Delivered& result, Timing& timing, const std::vector<std::string>& warnings,
-                         const ApplicationOutput& output, OutputFolder* folder, double read_s, Run& run);
+                         const Delivery& output, OutputFolder* folder, Run& run);
 
 }  // namespace isopach::cli

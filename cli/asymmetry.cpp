@@ -6,10 +6,12 @@
 #include <filesystem>
 #include <memory>
 
+#include "cli/answer.hpp"
 #include "cli/application.hpp"
 #include "cli/match.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/polygons.hpp"
 #include "isopach/io/read.hpp"
@@ -39,13 +41,36 @@ constexpr const char* footer =
 struct Request {
   std::string face, across, regions, stable;
   AsymmetryOptions options;
-  ApplicationOutput output;
+  Delivery output;
   RunOptions run;
 };
 
-void deliver(Asymmetry& a, const Cloud& face, const Request& request, OutputFolder* folder, double read_s, Run& run) {
+constexpr const char* files_beside =
+    "asymmetry.png, points.ply (FACE with the attribute asymmetry), pose.txt (takes FACE to face coordinates)";
+
+}  // namespace
+
+std::string AsymmetryAnswer::json(const std::vector<std::string>& outputs) const {
+  return asymmetry_json(asymmetry, outputs);
+}
+std::string AsymmetryAnswer::text() const { return asymmetry_text(asymmetry); }
+void AsymmetryAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  add_application_output(command, delivery, files_beside);
+}
+bool AsymmetryAnswer::draw(const std::string& path, const MapOptions& look, const Context& context) const {
+  write_asymmetry_map(path, asymmetry, look, context);
+  return true;
+}
+void AsymmetryAnswer::require() const {
+  if (!asymmetry.converged)
+    throw Error(ExitCode::not_converged,
+                asymmetry.reason + ": the plane is the best one found; allow more steps (--max-iterations)");
+}
+
+void AsymmetryAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Asymmetry& a = asymmetry;
   const Context& context = run.context();
-  const MapOptions& look = request.output.map;
+  const MapOptions& look = delivery.map;
   Delivered files;
   files.write = [&](OutputFolder& out) {
     const std::string map = out.path("asymmetry.png");
@@ -59,8 +84,10 @@ void deliver(Asymmetry& a, const Cloud& face, const Request& request, OutputFold
     write_asymmetry_html(path, a, map, json, look, context);
   };
   files.text = [&] { return asymmetry_text(a); };
-  deliver_application(files, a.timing, a.warnings, request.output, folder, read_s, run);
+  deliver_application(files, a.timing, a.warnings, delivery, folder, run);
 }
+
+namespace {
 
 Point3 parse_across(const std::string& text) {
   if (text == "x") return {1, 0, 0};
@@ -100,6 +127,7 @@ std::vector<StablePart> parse_stable(const std::string& text) {
 bool parse_regions(const std::string& text, AsymmetryOptions& options) {
   if (text == "halves") options.parts = FaceParts::halves;
   if (text.empty() || text == "halves" || text == "thirds") return false;
+  if (has_polygons(text)) return true;
   std::error_code none;
   if (!std::filesystem::exists(text, none))
     throw UsageError(fmt::format("--regions: '{}' is not thirds, halves or a file of polygons", text));
@@ -115,9 +143,7 @@ int run_asymmetry(const Arguments& arguments) {
   std::optional<Direction> direction;
   Command command("asymmetry", description, footer);
   command.positional("FACE", request.face, "Scan of a face; any format that compare reads");
-  add_application_output(command, request.output,
-                         "asymmetry.png, points.ply (FACE with the attribute asymmetry), pose.txt (takes FACE to face "
-                         "coordinates)");
+  add_application_output(command, request.output, files_beside);
   command.heading("Scan");
   command.option_with(
       "--direction", "x|y|z|fit|X,Y,Z", [&](const std::string& text) { direction = parse_direction(text); },
@@ -183,15 +209,13 @@ int run_asymmetry(const Arguments& arguments) {
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = options.visible || options.orientation == FaceOrientation::found;
-  if (has_polygons) options.polygons = read_polygons(request.regions);
-  const Cloud face = read_cloud(request.face, wanted, run.context());
+  if (has_polygons) options.polygons = polygons_named(request.regions);
+  auto answer = std::make_unique<AsymmetryAnswer>();
+  answer->face = scan_named(request.face, wanted, run.context());
   const double read_s = watch.lap();
-  Asymmetry a = asymmetry(face, options, run.context());
-  deliver(a, face, request, folder.get(), read_s, run);
-  if (!a.converged)
-    throw Error(ExitCode::not_converged,
-                a.reason + ": the plane is the best one found; allow more steps (--max-iterations)");
-  return 0;
+  answer->asymmetry = asymmetry(answer->face, options, run.context());
+  add_read_time(answer->asymmetry.timing, read_s);
+  return finish(std::move(answer), request.output, folder.get(), run);
 }
 
 }  // namespace isopach::cli

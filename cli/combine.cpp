@@ -5,9 +5,11 @@
 
 #include <memory>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/combine.hpp"
@@ -32,7 +34,8 @@ constexpr const char* footer =
     "  isopach simulate combine -o scans                                    scans with known truth to try it on";
 
 struct Request {
-  std::string face, jaw, reference, start_face, start_jaw, output, json;
+  std::string face, jaw, reference, start_face, start_jaw;
+  Delivery delivery;
   CombineOptions options;
   RunOptions run;
 };
@@ -54,37 +57,49 @@ void add_options(Command& command, Request& request) {
   command.option("--start-jaw", "FILE", request.start_jaw, "The same in JAW");
   command.parsed("--unit", "m|mm|cm|um|km|ft|us-ft|in", o.unit, parse_unit,
                  "Unit of all scans, where the files do not say it or say it wrongly");
+}
+
+void add_output_options(Command& command, Delivery& delivery) {
   command.heading("Output");
   command
-      .option("-o,--output", "DIR", request.output,
+      .option("-o,--output", "DIR", delivery.output,
               "Folder for combined.ply (with the attribute part: 0 face, 1 jaw, 2 and 3 the object in them), pose.txt, "
               "result.json and report.html; made if it is not there")
       ->check(not_empty());
   command
-      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
 }
 
-void deliver_combination(Combination& c, const Request& request, OutputFolder* folder, Run& run) {
+}  // namespace
+
+std::string CombineAnswer::json(const std::vector<std::string>& outputs) const {
+  return combine_json(combination, outputs);
+}
+std::string CombineAnswer::text() const { return combine_text(combination); }
+void CombineAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  cli::add_output_options(command, delivery);
+}
+
+void CombineAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Combination& c = combination;
   Stopwatch watch;
   std::string json;
   if (folder != nullptr) {
     write_combined(folder->path("combined.ply"), c, run.context());
     folder->write_text("pose.txt", pose_text(c.face_jaw));
     const std::string page = folder->path("report.html"), result = folder->path("result.json");
-    const double seconds = watch.lap();
-    c.timing.stages.emplace_back("write", seconds);
-    c.timing.total += seconds;
+    set_write_time(c.timing, watch.lap());
     json = combine_json(c, folder->names());
     write_text_atomically(result, json);
     write_text_atomically(page, combine_html(c, json));
     run.context().check();
     folder->commit();
-  } else if (!request.json.empty()) {
+  } else if (!delivery.json.empty()) {
     json = combine_json(c, {});
   }
-  if (!request.json.empty()) write_json(request.json, json, run);
-  if (request.json != "-") {
+  if (!delivery.json.empty()) write_json(delivery.json, json, run);
+  if (delivery.json != "-") {
     run.show(combine_text(c));
     if (folder != nullptr) run.show("report: " + folder->final_path("report.html"));
   } else {
@@ -92,14 +107,13 @@ void deliver_combination(Combination& c, const Request& request, OutputFolder* f
   }
 }
 
-}  // namespace
-
 int run_combine(const Arguments& arguments) {
   Request request;
   Command command("combine", description, footer);
   command.positional("FACE", request.face, "The scan whose coordinates the model has; any format compare reads");
   command.positional("JAW", request.jaw, "The scan that is moved to it");
   add_options(command, request);
+  add_output_options(command, request.delivery);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
   if (!request.start_face.empty()) request.options.start_face = read_pose(request.start_face, "--start-face");
@@ -107,15 +121,15 @@ int run_combine(const Arguments& arguments) {
 
   Run run(request.run);
   std::unique_ptr<OutputFolder> folder;
-  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
   ReadOptions wanted;
   wanted.attributes.clear();
-  const Cloud face = read_cloud(request.face, wanted, run.context());
-  const Cloud jaw = read_cloud(request.jaw, wanted, run.context());
-  const Cloud reference = read_cloud(request.reference, wanted, run.context());
-  Combination c = combine(face, jaw, reference, request.options, run.context());
-  deliver_combination(c, request, folder.get(), run);
-  return 0;
+  const CloudView face = scan_named(request.face, wanted, run.context());
+  const CloudView jaw = scan_named(request.jaw, wanted, run.context());
+  const CloudView reference = scan_named(request.reference, wanted, run.context());
+  auto answer = std::make_unique<CombineAnswer>();
+  answer->combination = combine(face, jaw, reference, request.options, run.context());
+  return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
 }  // namespace isopach::cli

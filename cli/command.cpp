@@ -9,10 +9,11 @@
 #include <functional>
 #include <limits>
 #include <numeric>
+#include <optional>
 #include <sstream>
 
-#include "cli/input_words.hpp"
 #include "cli/interrupt.hpp"
+#include "cli/session.hpp"
 #include "cli/terminal.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/option_key.hpp"
@@ -177,15 +178,6 @@ bool read_all(const std::string& text, T& value) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-std::vector<std::string>& given_words() {
-  static std::vector<std::string> words;
-  return words;
-}
-std::vector<std::string>& given_scans() {
-  static std::vector<std::string> words;
-  return words;
-}
-
 CLI::Validator validator(std::function<std::string(std::string&)> check) {
   return CLI::Validator(std::move(check), "");
 }
@@ -243,9 +235,6 @@ Command::Command(const std::string& verb, const std::string& description, const 
   app_.allow_config_extras(CLI::config_extras_mode::error);
 }
 
-const std::vector<std::string>& input_words() { return given_words(); }
-const std::vector<std::string>& scan_words() { return given_scans(); }
-
 namespace {
 
 /// Refuses `--budget ''`, which would be looked for as a file without a name.
@@ -265,6 +254,48 @@ void refuse_empty_names(const CLI::App& app, const Arguments& arguments) {
 
 }  // namespace
 
+Command::~Command() = default;
+
+template <class T>
+CLI::Option* Command::positional(const std::string& name, T& target, const std::string& description) {
+  return app_.add_option(name, target, description)->type_name("")->required();
+}
+
+template <class T>
+CLI::Option* Command::option(const std::string& names, const std::string& type, T& target,
+                             const std::string& description) {
+  return app_.add_option(names, target, description)->type_name(type)->group(heading_)->allow_extra_args(false);
+}
+
+// The types of values that options have.
+using Words = std::vector<std::string>;
+template CLI::Option* Command::positional(const std::string&, std::string&, const std::string&);
+template CLI::Option* Command::positional(const std::string&, Words&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::string&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, Words&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, double&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, int&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, unsigned&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::uint64_t&, const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<double>&,
+                                      const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<unsigned>&,
+                                      const std::string&);
+template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<std::size_t>&,
+                                      const std::string&);
+
+CLI::Option* Command::flag(const std::string& names, bool& target, const std::string& description) {
+  return app_.add_flag(names, target, description)->group(heading_);
+}
+
+CLI::Option* Command::option_with(const std::string& names, const std::string& type,
+                                  const std::function<void(const std::string& text)>& read,
+                                  const std::string& description, const std::string& default_value) {
+  CLI::Option* option = app_.add_option_function<std::string>(names, read, description)->type_name(type);
+  if (!default_value.empty()) option->default_str(default_value);
+  return option->group(heading_);
+}
+
 std::string Command::unknown_word() const {
   std::vector<std::string> names;
   for (const CLI::Option* option : app_.get_options())
@@ -279,21 +310,46 @@ std::string Command::unknown_word() const {
   return rest.empty() ? "" : fmt::format("unexpected argument '{}'; see isopach {} --help", rest.front(), verb_);
 }
 
+namespace {
+
+OptionRow row_of(const CLI::Option& option) {
+  OptionRow row;
+  row.names = option.get_lnames();
+  row.positional = option.get_positional();
+  if (row.positional) row.names = {option.get_name(false)};
+  row.flag = !row.positional && option.get_items_expected_max() == 0;
+  row.list = option.get_items_expected_max() > 1;
+  row.required = option.get_required();
+  row.heading = option.get_group();
+  row.type = option.get_type_name();
+  row.value = option.get_default_str();
+  row.description = option.get_description();
+  return row;
+}
+
+}  // namespace
+
 bool Command::parse(const Arguments& arguments) {
+  if (std::vector<OptionRow>* table = session().table) {
+    for (const CLI::Option* option : app_.get_options()) table->push_back(row_of(*option));
+    return false;
+  }
   app_.set_help_flag("-h,--help", "Print this help and exit")->group("Run");
   app_.set_version_flag("--version", fmt::format("isopach {}", version), "Print the version and exit")->group("Run");
   app_.set_config("--config", "", "Read options from FILE: lines 'name = value', # for comments; the command line wins")
       ->type_name("FILE")
       ->group("Run");
   refuse_empty_names(app_, arguments);
-  given_words().clear(), given_scans().clear();
+  session().words.clear(), session().scan_words.clear();
   Arguments reversed(arguments.rbegin(), arguments.rend());
   try {
     app_.parse(reversed);
     for (const CLI::Option* option : app_.get_options()) {
       const auto& words = option->results();
-      if (!option->check_lname("output")) given_words().insert(given_words().end(), words.begin(), words.end());
-      if (option->get_positional()) given_scans().insert(given_scans().end(), words.begin(), words.end());
+      Session& s = session();
+      if (!option->check_lname("output")) s.words.insert(s.words.end(), words.begin(), words.end());
+      if (option->get_positional())
+        for (const std::string& word : words) s.scan_words.push_back(name_of_scan(word));
     }
     return true;
   } catch (const CLI::CallForHelp&) {
@@ -302,9 +358,9 @@ bool Command::parse(const Arguments& arguments) {
     fmt::print("{}\n", message.what());
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_word();
-    throw UsageError(unknown.empty() ? fmt::format("{}; see isopach {} --help",
-                                                   plain_words(error, app_.get_config_ptr()->as<std::string>()), verb_)
-                                     : unknown);
+    if (!unknown.empty()) throw UsageError(unknown);
+    const std::string text = plain_words(error, app_.get_config_ptr()->as<std::string>());
+    throw UsageError(session().shell ? fmt::format("{}; see isopach {} --help", text, verb_) : text);
   }
   return false;
 }
@@ -372,23 +428,29 @@ Run::Run(const RunOptions& options, std::uint64_t seed)
     : quiet_(options.quiet), progress_(options.quiet ? ProgressKind::none : options.progress, options.verbose) {
   context_.threads = threads_of(options.threads);
   context_.seed = seed;
-  context_.cancelled = &interrupted();
-  context_.progress = [this](std::string_view stage, double fraction) { progress_.step(stage, fraction); };
+  const Session& s = session();
+  context_.cancelled = s.cancelled != nullptr ? s.cancelled : &interrupted();
+  context_.progress = s.progress;
+  if (s.shell) context_.progress = [this](std::string_view stage, double fraction) { progress_.step(stage, fraction); };
 }
 
 void Run::say(const std::string& line) {
-  if (quiet_) return;
+  if (quiet_ || !session().shell) return;
   progress_.clear();
   write_message(printable(line) + "\n");
 }
 
-void Run::warn(const std::string& warning) { say("warning: " + for_shell(warning)); }
+void Run::warn(const std::string& warning) {
+  if (const auto& heard = session().warn) heard(warning);
+  say("warning: " + for_shell(warning));
+}
 
 void Run::show(const std::string& text) {
   if (!quiet_) print(printable(text));
 }
 
 void Run::print(const std::string& text) {
+  if (!session().shell) return;
   progress_.clear();
   std::fwrite(text.data(), 1, text.size(), stdout);
   if (text.empty() || text.back() != '\n') std::fputc('\n', stdout);

@@ -2,6 +2,7 @@
 #pragma once
 #include <CLI/CLI.hpp>
 #include <cstdint>
+#include <functional>
 #include <limits>
 #include <string>
 #include <string_view>
@@ -25,25 +26,23 @@ namespace isopach::cli {
 [[nodiscard]] CLI::Validator positive();
 [[nodiscard]] CLI::Validator not_empty();
 
-/// A verb's parser. Options declared here appear in its --help and may stand in its --config file.
+/// A verb's parser. Options declared here appear in its --help and may stand in its --config file. What CLI11 compiles
+/// for an option is compiled once, in command.cpp, for the types of values named there.
 class Command {
  public:
   Command(const std::string& verb, const std::string& description, const std::string& footer);
+  ~Command();
+  Command(const Command&) = delete;
+  Command& operator=(const Command&) = delete;
 
   /// Options that follow are listed under this heading.
   void heading(const std::string& text) { heading_ = text; }
 
   template <class T>
-  CLI::Option* positional(const std::string& name, T& target, const std::string& description) {
-    return app_.add_option(name, target, description)->type_name("")->required();
-  }
+  CLI::Option* positional(const std::string& name, T& target, const std::string& description);
   template <class T>
-  CLI::Option* option(const std::string& names, const std::string& type, T& target, const std::string& description) {
-    return app_.add_option(names, target, description)->type_name(type)->group(heading_)->allow_extra_args(false);
-  }
-  CLI::Option* flag(const std::string& names, bool& target, const std::string& description) {
-    return app_.add_flag(names, target, description)->group(heading_);
-  }
+  CLI::Option* option(const std::string& names, const std::string& type, T& target, const std::string& description);
+  CLI::Option* flag(const std::string& names, bool& target, const std::string& description);
   /// An option with a few named values; shows them all and the one in `target` as the default.
   template <class E>
   CLI::Option* choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
@@ -52,19 +51,14 @@ class Command {
   template <class T>
   CLI::Option* parsed(const std::string& names, const std::string& type, T& target, T (*read)(const std::string& text),
                       const std::string& description) {
-    return app_
-        .add_option_function<std::string>(
-            names, [&target, read](const std::string& text) { target = read(text); }, description)
-        ->type_name(type)
-        ->group(heading_);
+    return option_with(
+        names, type, [&target, read](const std::string& text) { target = read(text); }, description);
   }
 
   /// The same for an option that sets more than one value.
-  template <class Read>
-  CLI::Option* option_with(const std::string& names, const std::string& type, Read read,
-                           const std::string& description) {
-    return app_.add_option_function<std::string>(names, read, description)->type_name(type)->group(heading_);
-  }
+  CLI::Option* option_with(const std::string& names, const std::string& type,
+                           const std::function<void(const std::string& text)>& read, const std::string& description,
+                           const std::string& default_value = "");
 
   /// False if --help or --version was asked for and printed. Throws UsageError with one line.
   [[nodiscard]] bool parse(const Arguments& arguments);
@@ -84,21 +78,17 @@ CLI::Option* Command::choice(const std::string& names, E& target, const std::vec
     type += (type.empty() ? "" : "|") + name;
     if (value == target) chosen = name;
   }
-  return app_
-      .add_option_function<std::string>(
-          names,
-          [&target, values, type, names](const std::string& text) {
-            for (const auto& [name, value] : values)
-              if (name == text) {
-                target = value;
-                return;
-              }
-            throw UsageError(names + ": '" + text + "' is not one of " + type);
-          },
-          description)
-      ->type_name(type)
-      ->default_str(chosen)
-      ->group(heading_);
+  return option_with(
+      names, type,
+      [&target, values, type, names](const std::string& text) {
+        for (const auto& [name, value] : values)
+          if (name == text) {
+            target = value;
+            return;
+          }
+        throw UsageError(names + ": '" + text + "' is not one of " + type);
+      },
+      description, chosen);
 }
 
 /// The options every run has.

@@ -5,13 +5,14 @@
 #include <memory>
 #include <optional>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
-#include "cli/deliver.hpp"
 #include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/registration.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/compare/check.hpp"
@@ -19,6 +20,8 @@
 #include "isopach/compare/displacement.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/match/match.hpp"
+#include "isopach/report/page/matched.hpp"
+#include "isopach/report/page/text.hpp"
 #include "isopach/report/page/words.hpp"
 
 namespace isopach::cli {
@@ -212,7 +215,7 @@ void check_before_work(const Request& request) {
 
 /// Puts the pose of b on a into the options, and how well it is known where the uncertainty wants that; what the
 /// matching has to say goes into `remarks`.
-std::shared_ptr<const Matching> match_first(const Cloud& a, const Cloud& b, const Request& request,
+std::shared_ptr<const Matching> match_first(const CloudView& a, const CloudView& b, const Request& request,
                                             CompareOptions& options, std::vector<std::string>& remarks,
                                             const Run& run) {
   MatchOptions wanted = request.matching;
@@ -272,6 +275,25 @@ void hint_at_matching(Comparison& c) {
 
 }  // namespace
 
+std::string CompareAnswer::json(const std::vector<std::string>& outputs) const {
+  return comparison_json(comparison, outputs, matching.get());
+}
+std::string CompareAnswer::text() const { return comparison_text(comparison, std::nullopt, matching.get()); }
+void CompareAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  add_delivery_options(command, delivery, "");
+}
+void CompareAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  cli::deliver(comparison, a, b, std::nullopt, delivery, folder, run, matching.get());
+}
+bool CompareAnswer::draw(const std::string& path, const MapOptions& look, const Context& context) const {
+  write_map(path, comparison, look, context);
+  return true;
+}
+void CompareAnswer::require() const {
+  const std::string over = exceeded(comparison, tolerances);
+  if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);
+}
+
 int run_compare(const Arguments& arguments) {
   Request request;
   Command command("compare", description, footer);
@@ -288,7 +310,8 @@ int run_compare(const Arguments& arguments) {
   if (!request.match) refuse_match_options(request.matching, "--match");
   if (!request.pose_path.empty() && request.matching.coarse)
     throw UsageError("--pose and --coarse: give a start, or let the program search for one, not both");
-  std::vector<Tolerance> tolerances;
+  auto answer = std::make_unique<CompareAnswer>();
+  std::vector<Tolerance>& tolerances = answer->tolerances;
   for (const std::string& text : request.fail_above)
     for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
   check_tolerances(tolerances, request.options);
@@ -304,8 +327,8 @@ int run_compare(const Arguments& arguments) {
   std::unique_ptr<OutputFolder> folder;
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
 
-  request.options.keep_overlay =
-      folder != nullptr && !request.delivery.no_cells && request.options.surface != Surface::common;
+  request.options.keep_overlay = (folder != nullptr || !session().shell) && !request.delivery.no_cells &&
+                                 request.options.surface != Surface::common;
   Stopwatch watch;
   ReadOptions wanted = read_options(request.options.project);
   wanted.faces = request.visible || request.match;  // a nominal mesh is told by its faces
@@ -316,25 +339,23 @@ int run_compare(const Arguments& arguments) {
     wanted.attributes.push_back(request.options.weight.text);
   request.options.area = read_area(request.area, run.context());  // before the scans: these take longer
   read_rasters(request.options, run.context());
-  Cloud a = read_cloud(request.path_a, wanted, run.context());
-  Cloud b = read_cloud(request.path_b, wanted, run.context());
+  CloudView &a = answer->a, &b = answer->b;
+  a = scan_named(request.path_a, wanted, run.context());
+  b = scan_named(request.path_b, wanted, run.context());
   if (request.visible) {
-    Cloud seen = visible_of(a, {}, b, request.options.project, run.context());
+    CloudView seen = visible_of(a, {}, b, request.options.project, run.context());
     b = visible_of(std::move(b), request.options.pose, a, request.options.project, run.context());
     a = std::move(seen);
   }
   const double read_s = watch.lap();
   std::vector<std::string> remarks;
-  std::shared_ptr<const Matching> matching;
-  if (request.match) matching = match_first(a, b, request, request.options, remarks, run);
-  Comparison comparison = compare(a, b, request.options, run.context());
+  if (request.match) answer->matching = match_first(a, b, request, request.options, remarks, run);
+  Comparison& comparison = answer->comparison;
+  comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
   if (!request.match) hint_at_matching(comparison);
-  deliver(comparison, a, b, std::nullopt, request.delivery, folder.get(), read_s, run, matching.get());
-
-  const std::string over = exceeded(comparison, tolerances);
-  if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);
-  return 0;
+  add_read_time(comparison.timing, read_s);
+  return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
 }  // namespace isopach::cli

@@ -9,6 +9,7 @@
 
 #include "cli/command.hpp"
 #include "cli/parse.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/read.hpp"
@@ -124,10 +125,10 @@ int run_convert(const Arguments& arguments) {
   ReadOptions options;
   options.all_attributes = true;
   options.faces = true;
-  Cloud cloud = read_cloud(in, options, run.context());
+  Cloud cloud = cloud_named(in, options, run.context());
   std::optional<LasStorage> before;  // now: OUT may be the same file
-  if (is_las_file(cloud)) before = las_storage(in);
-  for (const std::string& note : cloud.notes) run.warn(fmt::format("{}: {}", in, note));
+  if (is_las_file(cloud)) before = las_storage(cloud.path);
+  for (const std::string& note : cloud.notes) run.warn(fmt::format("{}: {}", name_of_scan(in), note));
   if (!pose.is_identity()) {
     for (Point3& p : cloud.points) p = pose.apply(p);
     turn_normals(cloud, pose);

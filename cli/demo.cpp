@@ -43,13 +43,14 @@ int run_demo(const Arguments& arguments) {
   write_cloud(folder.path(scene.a.path), scene.a, run.context());
   write_cloud(folder.path(scene.b.path), scene.b, run.context());
   const std::string truth = folder.path("truth.json");
-  write_text_atomically(truth, truth_json(scene, scene_request, folder.names()));
+  write_text_atomically(truth, truth_json(truth_of(scene, scene_request), folder.names()));
   const double make_s = watch.lap();
 
   CompareOptions options;
   options.noise_floor = true;  // gained and lost as near to the truth as they can be told
   Comparison comparison = compare(scene.a, scene.b, options, run.context());
-  deliver(comparison, scene.a, scene.b, scene.truth, delivery, &folder, make_s, run);
+  add_read_time(comparison.timing, make_s);
+  deliver(comparison, scene.a, scene.b, scene.truth, delivery, &folder, run, nullptr);
   if (delivery.json != "-") run.show("\nReport: " + folder.final_path("report.html"));
   return 0;
 }

@@ -5,10 +5,12 @@
 #include <optional>
 #include <sstream>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/read.hpp"
@@ -31,7 +33,8 @@ constexpr const char* footer =
     "  isopach distance a.ply b.ply --measure c2c,c2s -o out --format csv";
 
 struct Request {
-  std::string path_a, path_b, pose_path, core_points, output, json, format = "ply";
+  std::string path_a, path_b, pose_path, core_points;
+  Delivery delivery;
   std::size_t samples = 0;  ///< 0: not said
   DistanceOptions options;
   RunOptions run;
@@ -131,43 +134,49 @@ void check_use(const Request& request) {
   needs(!request.core_points.empty(), "--core-points", m.m3c2, "m3c2");
 }
 
-void add_output_options(Command& command, Request& request) {
+void add_output_options(Command& command, Delivery& delivery) {
   command.heading("Output");
   command
-      .option("-o,--output", "DIR", request.output,
+      .option("-o,--output", "DIR", delivery.output,
               "Folder for result.json, points_a and points_b with their distances (LAS in: also LAS), core_points of "
               "m3c2; made if it is not there")
       ->check(not_empty());
   command
-      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
-  command.choice<std::string>("--format", request.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
+  command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of points_a, points_b and core_points");
 }
 
 /// LAS in gives LAS out with everything the file had; the format asked for beside it, unless it is the same.
-void write_scan(const Cloud& cloud, const std::vector<Attribute>& fields, const std::string& name,
-                const Request& request, OutputFolder& folder, const Context& context) {
+void write_scan(const CloudView& cloud, const std::vector<Attribute>& fields, const std::string& name,
+                const std::string& format, OutputFolder& folder, const Context& context) {
   if (fields.empty()) return;
   const bool copies = is_las_file(cloud);
   if (copies) write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), fields, context);
-  if (!copies || request.format != "las")
-    write_distance_points(folder.path(name + "." + request.format), cloud, fields, context);
+  if (!copies || format != "las") write_distance_points(folder.path(name + "." + format), cloud, fields, context);
 }
 
-void deliver(Distances& d, const Cloud& a, const Cloud& b, const Request& request, OutputFolder* folder, double read_s,
-             Run& run) {
+}  // namespace
+
+std::string DistanceAnswer::json(const std::vector<std::string>& outputs) const {
+  return distance_json(distances, outputs);
+}
+std::string DistanceAnswer::text() const { return distance_text(distances); }
+void DistanceAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  cli::add_output_options(command, delivery);
+}
+
+void DistanceAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Distances& d = distances;
   const Context& context = run.context();
   Stopwatch watch;
   if (folder != nullptr) {
-    write_scan(a, d.fields_a, "points_a", request, *folder, context);
-    write_scan(b, d.fields_b, "points_b", request, *folder, context);
-    if (d.m3c2) write_core_points(folder->path("core_points." + request.format), d, context);
+    write_scan(a, d.fields_a, "points_a", delivery.format, *folder, context);
+    write_scan(b, d.fields_b, "points_b", delivery.format, *folder, context);
+    if (d.m3c2) write_core_points(folder->path("core_points." + delivery.format), d, context);
   }
-  const double write_s = watch.lap();
-  d.timing.stages.insert(d.timing.stages.begin(), {"read", read_s});
-  d.timing.stages.emplace_back("write", write_s);
-  d.timing.total += read_s + write_s;
+  set_write_time(d.timing, watch.lap());
   std::string json;
   if (folder != nullptr) {
     const std::string result = folder->path("result.json");
@@ -175,18 +184,16 @@ void deliver(Distances& d, const Cloud& a, const Cloud& b, const Request& reques
     write_text_atomically(result, json);
     context.check();
     folder->commit();
-  } else if (!request.json.empty()) {
+  } else if (!delivery.json.empty()) {
     json = distance_json(d, {});
   }
-  if (!request.json.empty()) write_json(request.json, json, run);
-  if (request.json != "-") {
+  if (!delivery.json.empty()) write_json(delivery.json, json, run);
+  if (delivery.json != "-") {
     run.show(distance_text(d));
   } else {
     for (const std::string& warning : d.warnings) run.warn(warning);
   }
 }
-
-}  // namespace
 
 int run_distance(const Arguments& arguments) {
   Request request;
@@ -195,7 +202,7 @@ int run_distance(const Arguments& arguments) {
   Command command("distance", description, footer);
   command.positional("A", request.path_a, "Reference scan or mesh, or the one before; any format that compare reads");
   command.positional("B", request.path_b, "Compared scan or mesh, or the one after");
-  add_output_options(command, request);
+  add_output_options(command, request.delivery);
   add_surface_options(command, request);
   add_measure_options(command, request);
   add_run_options(command, request.run);
@@ -207,20 +214,19 @@ int run_distance(const Arguments& arguments) {
 
   Run run(request.run);
   std::unique_ptr<OutputFolder> folder;
-  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(request.options.project);
   wanted.faces = request.options.mesh != MeshSource::delaunay;
-  const Cloud a = read_cloud(request.path_a, wanted, run.context());
-  const Cloud b = read_cloud(request.path_b, wanted, run.context());
-  Cloud cores;
-  if (!request.core_points.empty()) cores = read_cloud(request.core_points, ReadOptions{}, run.context());
+  auto answer = std::make_unique<DistanceAnswer>();
+  answer->a = scan_named(request.path_a, wanted, run.context());
+  answer->b = scan_named(request.path_b, wanted, run.context());
+  std::optional<CloudView> cores;
+  if (!request.core_points.empty()) cores = scan_named(request.core_points, ReadOptions{}, run.context());
   const double read_s = watch.lap();
-  const bool own_cores = !request.core_points.empty();
-  Distances d =
-      distance(a, b, own_cores ? std::optional<CloudView>(cores) : std::nullopt, request.options, run.context());
-  deliver(d, a, b, request, folder.get(), read_s, run);
-  return 0;
+  answer->distances = distance(answer->a, answer->b, cores, request.options, run.context());
+  add_read_time(answer->distances.timing, read_s);
+  return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
 }  // namespace isopach::cli

@@ -5,9 +5,11 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/option_key.hpp"
 #include "isopach/field/height_field.hpp"
@@ -58,7 +60,7 @@ Info inspect(const std::string& path, const ProjectOptions& project_options, con
   ReadOptions options;
   options.all_attributes = true;
   options.faces = true;
-  info.cloud = read_cloud(path, options, context);
+  info.cloud = cloud_named(path, options, context);
   for (const Point3& p : info.cloud.points)
     if (is_finite(p)) info.bounds.add(p);
   if (info.bounds.empty()) return info;
@@ -163,14 +165,17 @@ int run_info(const Arguments& arguments) {
 
   Run run(run_options);
   nlohmann::ordered_json json{{"schema", "isopach.info/1"}, {"files", nlohmann::ordered_json::array()}};
+  auto answer = std::make_unique<InfoAnswer>();
   for (const std::string& path : paths) {
     const Info info = inspect(path, project_options, run.context());
-    json["files"].push_back(to_json(path, info));
-    if (json_path != "-") run.show(to_text(path, info));
+    json["files"].push_back(to_json(name_of_scan(path), info));
+    const std::string text = to_text(name_of_scan(path), info);
+    answer->words += text;
+    if (json_path != "-") run.show(text);
   }
-  if (!json_path.empty())
-    write_json(json_path, json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", run);
-  return 0;
+  answer->record = json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  if (!json_path.empty()) write_json(json_path, answer->record, run);
+  return finish(std::move(answer), {}, nullptr, run);
 }
 
 }  // namespace isopach::cli

@@ -11,4 +11,7 @@ namespace isopach::cli {
 /// The words beside the options, in their order: the scans of a run. Empty until the command line is read.
 [[nodiscard]] const std::vector<std::string>& scan_words();
 
+/// A message about the scans says which ones: where it names none of them and no file of the run, they stand before it.
+[[nodiscard]] std::string naming_a_scan(const std::string& message);
+
 }  // namespace isopach::cli

@@ -2,8 +2,6 @@
 #include <fmt/core.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <exception>
 #include <new>
@@ -74,23 +72,6 @@ int run(const Arguments& words) {
   throw UsageError(fmt::format("unknown verb '{}'{}; isopach --help lists the verbs", word, did_you_mean(word, names)));
 }
 
-/// A message about the scans says which ones: where it names no file of the run, they stand before it.
-std::string naming_a_file(const std::string& message) {
-  const auto stands_there = [&](const std::string& word) { return message.find(word) != std::string::npos; };
-  const auto is_named_path = [&](const std::string& word) {  // of an option: a number is none
-    return word.find_first_of("./") != std::string::npos && std::any_of(word.begin(), word.end(), ::isalpha) &&
-           stands_there(word);
-  };
-  if (std::any_of(scan_words().begin(), scan_words().end(), stands_there)) return message;
-  if (std::any_of(input_words().begin(), input_words().end(), is_named_path)) return message;
-  constexpr std::size_t most = 4;
-  std::string names;
-  for (std::size_t k = 0; k < std::min(most, scan_words().size()); ++k)
-    names += (names.empty() ? "" : ", ") + scan_words()[k];
-  if (scan_words().size() > most) names += ", …";
-  return names.empty() ? message : names + ": " + message;
-}
-
 int fail(ExitCode code, const std::string& message) {
   std::string line = message;
   for (char& c : line)
@@ -145,7 +126,7 @@ int main(int argc, char** argv) {
   } catch (const isopach::Error& error) {
     const std::string text = isopach::for_shell(error.what());
     const bool of_files = error.code() == ExitCode::input || error.code() == ExitCode::no_overlap;
-    return isopach::cli::fail(error.code(), of_files ? isopach::cli::naming_a_file(text) : text);
+    return isopach::cli::fail(error.code(), of_files ? isopach::cli::naming_a_scan(text) : text);
   } catch (const std::bad_alloc&) {
     return isopach::cli::fail(ExitCode::internal, isopach::cli::no_memory);
   } catch (const std::exception& error) {

@@ -6,11 +6,13 @@
 #include <memory>
 #include <optional>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
@@ -41,37 +43,44 @@ constexpr const char* footer =
     "  isopach compare before.laz after.laz --pose result/pose.txt";
 
 struct Request {
-  std::string moving, fixed, start, output, json, pose_out;
-  bool pose_only = false, no_map = false;
+  std::string moving, fixed, start;
+  Delivery delivery;
+  bool pose_only = false;
   MatchOptions options;
   bool visible = false;
   RunOptions run;
 };
 
-void add_output_options(Command& command, Request& request) {
+void add_output_options(Command& command, Delivery& delivery) {
   command.heading("Output");
   command
-      .option("-o,--output", "DIR", request.output,
+      .option("-o,--output", "DIR", delivery.output,
               "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attributes "
               "stable and agreement), agreement.png, before.png and after.png; made if it is not there")
       ->check(not_empty());
   command
-      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
-  command.option("--pose-out", "FILE", request.pose_out, "The pose alone: four lines of four numbers")
+  command.option("--pose-out", "FILE", delivery.pose_out, "The pose alone: four lines of four numbers")
       ->check(not_empty());
-  command.flag("--no-map", request.no_map, "No agreement.png, before.png and after.png, and no pictures in the report");
+  command.flag("--no-map", delivery.no_map,
+               "No agreement.png, before.png and after.png, and no pictures in the report");
+}
+
+void add_pose_only(Command& command, Request& request) {
   command.flag("--pose-only", request.pose_only,
                "Do not compare before and after (rho, rms, coverage, maps): saves about half of the time");
 }
 
 /// Maps of what agrees and, where both comparisons were made, of before and after: the same place, the same colours.
-MatchPictures write_pictures(const Matching& m, const Cloud& moving, const Request& request, OutputFolder& folder,
+MatchPictures write_pictures(const MatchAnswer& answer, const Delivery& delivery, OutputFolder& folder,
                              const Run& run) {
+  const Matching& m = answer.matching;
+  const CloudView& moving = answer.moving;
   MatchPictures files;
-  if (request.no_map) return files;
+  if (delivery.no_map) return files;
   if (!m.agreement.empty()) {
-    ProjectOptions project = request.options.compare.project;
+    ProjectOptions project = answer.project;
     project.crop.reset();
     const Frame frame =
         m.comparison_after ? m.comparison_after->frame : choose_frame(moving, moving, Pose{}, project, run.context());
@@ -89,19 +98,31 @@ MatchPictures write_pictures(const Matching& m, const Cloud& moving, const Reque
   return files;
 }
 
-void deliver_match(Matching& m, const Cloud& moving, const Request& request, OutputFolder* folder, double read_s,
-                   Run& run) {
+}  // namespace
+
+std::string MatchAnswer::json(const std::vector<std::string>& outputs) const { return match_json(matching, outputs); }
+std::string MatchAnswer::text() const { return match_text(matching); }
+void MatchAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  cli::add_output_options(command, delivery);
+}
+void MatchAnswer::require() const {
+  if (!matching.converged)
+    throw Error(ExitCode::not_converged,
+                matching.reason +
+                    ": the pose is the best one found; allow more steps, give a better --start, or fewer --freedom");
+  require_trust(matching, "match");
+}
+
+void MatchAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Matching& m = matching;
   Stopwatch watch;
   MatchPictures pictures;
   if (folder != nullptr) {
     folder->write_text("pose.txt", pose_text(m.pose));
     write_moved(folder->path("moved.ply"), moving, m, run.context());
-    pictures = write_pictures(m, moving, request, *folder, run);
+    pictures = write_pictures(*this, delivery, *folder, run);
   }
-  const double write_s = watch.lap();
-  m.timing.stages.insert(m.timing.stages.begin(), {"read", read_s});
-  m.timing.stages.emplace_back("write", write_s);
-  m.timing.total += read_s + write_s;
+  set_write_time(m.timing, watch.lap());
   std::string json;
   if (folder != nullptr) {
     const std::string report = folder->path("report.html"), result = folder->path("result.json");
@@ -110,17 +131,19 @@ void deliver_match(Matching& m, const Cloud& moving, const Request& request, Out
     write_match_html(report, m, pictures, json, run.context());
     run.context().check();
     folder->commit();
-  } else if (!request.json.empty()) {
+  } else if (!delivery.json.empty()) {
     json = match_json(m, {});
   }
-  if (!request.pose_out.empty()) write_text_atomically(request.pose_out, pose_text(m.pose));
-  if (!request.json.empty()) write_json(request.json, json, run);
-  if (request.json != "-") {
+  if (!delivery.pose_out.empty()) write_text_atomically(delivery.pose_out, pose_text(m.pose));
+  if (!delivery.json.empty()) write_json(delivery.json, json, run);
+  if (delivery.json != "-") {
     run.show(match_text(m));
   } else {
     for (const std::string& warning : m.warnings) run.warn(warning);
   }
 }
+
+namespace {
 
 Freedom parse_freedom(const std::string& text) {
   Freedom f{false, false, false, false, false, false, false};
@@ -261,7 +284,8 @@ int run_match(const Arguments& arguments) {
   Command command("match", description, footer);
   command.positional("MOVING", request.moving, "Scan to be moved; any format that compare reads");
   command.positional("FIXED", request.fixed, "Scan that stays where it is");
-  add_output_options(command, request);
+  add_output_options(command, request.delivery);
+  add_pose_only(command, request);
   add_scan_options(command, compare.project, request.start, compare.unit,
                    "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default "
                    "z)",
@@ -289,34 +313,33 @@ int run_match(const Arguments& arguments) {
   if (!request.start.empty() && request.options.coarse)
     throw UsageError("--start and --coarse: give a start, or let the program search for one, not both");
   request.options.judge = !request.pose_only;
-  request.options.keep_comparisons = !request.output.empty() && !request.no_map;
-  request.options.label_points = !request.output.empty();
+  const bool may_write = !request.delivery.output.empty() || !session().shell;
+  request.options.keep_comparisons = may_write && !request.delivery.no_map;
+  request.options.label_points = may_write;
   if (!request.start.empty()) request.options.start = read_pose(request.start, "--start");
 
   Run run(request.run);
   std::unique_ptr<OutputFolder> folder;
-  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;  // files that have some may be nominal meshes
   if (compare.weight.kind == WeightSource::Kind::attribute) wanted.attributes.push_back(compare.weight.text);
   read_rasters(compare, run.context());
-  Cloud moving = read_cloud(request.moving, wanted, run.context());
-  Cloud fixed = read_cloud(request.fixed, wanted, run.context());
+  auto answer = std::make_unique<MatchAnswer>();
+  CloudView &moving = answer->moving, &fixed = answer->fixed;
+  moving = scan_named(request.moving, wanted, run.context());
+  fixed = scan_named(request.fixed, wanted, run.context());
   if (request.visible) {
-    Cloud seen = visible_of(fixed, {}, moving, compare.project, run.context());
+    CloudView seen = visible_of(fixed, {}, moving, compare.project, run.context());
     moving = visible_of(std::move(moving), request.options.start, fixed, compare.project, run.context());
     fixed = std::move(seen);
   }
   const double read_s = watch.lap();
-  Matching m = match(moving, fixed, request.options, run.context());
-  deliver_match(m, moving, request, folder.get(), read_s, run);
-  if (!m.converged)
-    throw Error(
-        ExitCode::not_converged,
-        m.reason + ": the pose is the best one found; allow more steps, give a better --start, or fewer --freedom");
-  require_trust(m, "match");
-  return 0;
+  answer->matching = match(moving, fixed, request.options, run.context());
+  answer->project = compare.project;
+  add_read_time(answer->matching.timing, read_s);
+  return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
 }  // namespace isopach::cli

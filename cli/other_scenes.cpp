@@ -3,9 +3,7 @@
 #include <fmt/core.h>
 
 #include <cmath>
-#include <nlohmann/json.hpp>
 
-#include "isopach/io/write.hpp"
 #include "isopach/simulate/chewing.hpp"
 #include "isopach/simulate/face_and_jaw.hpp"
 #include "isopach/simulate/scanned_object.hpp"
@@ -36,17 +34,10 @@ nlohmann::ordered_json scanner_json(const ObjectScanner& s) {
 
 constexpr std::size_t reference_points = 60000;
 
-/// The last file of a scene: it lists all of them.
-void write_truth(nlohmann::ordered_json truth, OutputFolder& folder) {
-  const std::string path = folder.path("truth.json");
-  truth["outputs"] = folder.names();
-  write_text_atomically(path, truth.dump(2) + "\n");
-}
-
 }  // namespace
 
-int simulate_chewing(const SceneRequest& request, std::size_t frames, const std::string& extension,
-                     OutputFolder& folder, Run& run) {
+SceneTruth simulate_chewing(const SceneRequest& request, std::size_t frames, const TakeScan& take,
+                            const Context& context) {
   refuse_pairs(request);
   if (!request.variant.empty()) throw UsageError("--variant: the scene chewing has no variants");
   ChewingOptions o;
@@ -71,18 +62,14 @@ int simulate_chewing(const SceneRequest& request, std::size_t frames, const std:
   truth["hinge"] = {Chewing::hinge.x, Chewing::hinge.y, Chewing::hinge.z};
   truth["frames"] = nlohmann::ordered_json::array();
   for (std::size_t k = 0; k < o.frames; ++k) {
-    run.context().step("simulate", static_cast<double>(k) / static_cast<double>(o.frames));
-    write_cloud(folder.path(fmt::format("frame_{:03d}{}", k, extension)), chewing.frame(k), run.context());
+    context.step("simulate", static_cast<double>(k) / static_cast<double>(o.frames));
+    take(fmt::format("frame_{:03d}", k), chewing.frame(k));
     truth["frames"].push_back({{"head", rows(chewing.head(k))}, {"jaw", rows(chewing.jaw(k))}});
   }
-  write_truth(truth, folder);
-  run.context().check();
-  folder.commit();
-  run.show(fmt::format("chewing: {} frames of about {} points", o.frames, o.points));
-  return 0;
+  return {std::move(truth), fmt::format("chewing: {} frames of about {} points", o.frames, o.points)};
 }
 
-int simulate_combine(const SceneRequest& request, const std::string& extension, OutputFolder& folder, Run& run) {
+SceneTruth simulate_combine(const SceneRequest& request, const TakeScan& take) {
   refuse_pairs(request);
   FaceAndJawOptions o;
   if (!request.variant.empty() && request.variant != "held" && request.variant != "forgotten")
@@ -104,18 +91,14 @@ int simulate_combine(const SceneRequest& request, const std::string& extension, 
   truth["face_jaw"] = rows(scene.face_jaw);
   truth["face_share"] = scene.face_share;
   truth["jaw_share"] = scene.jaw_share;
-  write_cloud(folder.path("face" + extension), scene.face, run.context());
-  write_cloud(folder.path("jaw" + extension), scene.jaw, run.context());
-  write_cloud(folder.path("reference" + extension), scene.reference, run.context());
-  write_truth(truth, folder);
-  run.context().check();
-  folder.commit();
-  run.show(fmt::format("combine: face {} points, jaw {}, reference {}", scene.face.points.size(),
-                       scene.jaw.points.size(), scene.reference.points.size()));
-  return 0;
+  take("face", scene.face);
+  take("jaw", scene.jaw);
+  take("reference", scene.reference);
+  return {std::move(truth), fmt::format("combine: face {} points, jaw {}, reference {}", scene.face.points.size(),
+                                        scene.jaw.points.size(), scene.reference.points.size())};
 }
 
-int simulate_accuracy(const SceneRequest& request, const std::string& extension, OutputFolder& folder, Run& run) {
+SceneTruth simulate_accuracy(const SceneRequest& request, const TakeScan& take) {
   const bool scaled = request.variant == "scaled";
   if (!request.variant.empty() && !scaled && request.variant != "in-place")
     throw UsageError(
@@ -143,16 +126,13 @@ int simulate_accuracy(const SceneRequest& request, const std::string& extension,
   truth["bias"] = made.bias;
   truth["noise"] = made.noise;
   truth["completeness"] = made.reach;
-  write_cloud(folder.path("reconstruction" + extension), scan_object(made, request.seed, 0), run.context());
-  write_cloud(folder.path("reference" + extension), scan_object(reference, request.seed, 2), run.context());
-  write_truth(truth, folder);
-  run.context().check();
-  folder.commit();
-  run.show(fmt::format("accuracy: reconstruction {} points, reference {}", made.points, reference.points));
-  return 0;
+  take("reconstruction", scan_object(made, request.seed, 0));
+  take("reference", scan_object(reference, request.seed, 2));
+  return {std::move(truth),
+          fmt::format("accuracy: reconstruction {} points, reference {}", made.points, reference.points)};
 }
 
-int simulate_scanners(const SceneRequest& request, const std::string& extension, OutputFolder& folder, Run& run) {
+SceneTruth simulate_scanners(const SceneRequest& request, const TakeScan& take) {
   if (!request.variant.empty()) throw UsageError("--variant: the scene scanners has no variants");
   ObjectScanner a, b, reference;
   a.noise = 0.05;
@@ -174,14 +154,11 @@ int simulate_scanners(const SceneRequest& request, const std::string& extension,
   truth["scanners"] = {scanner_json(a), scanner_json(b)};
   truth["reference"] = scanner_json(reference);
   truth["texture"] = {{"wavelengths", {6, 7.75}}, {"rms", 0.1}};
-  write_cloud(folder.path("a" + extension), scan_object(a, request.seed, 0), run.context());
-  write_cloud(folder.path("b" + extension), scan_object(b, request.seed, 1), run.context());
-  write_cloud(folder.path("reference" + extension), scan_object(reference, request.seed, 2), run.context());
-  write_truth(truth, folder);
-  run.context().check();
-  folder.commit();
-  run.show(fmt::format("scanners: a {} points, b {}, reference {}", a.points, b.points, reference.points));
-  return 0;
+  take("a", scan_object(a, request.seed, 0));
+  take("b", scan_object(b, request.seed, 1));
+  take("reference", scan_object(reference, request.seed, 2));
+  return {std::move(truth),
+          fmt::format("scanners: a {} points, b {}, reference {}", a.points, b.points, reference.points)};
 }
 
 }  // namespace isopach::cli

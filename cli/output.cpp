@@ -5,7 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
-#include "cli/deliver.hpp"
+#include "cli/answer.hpp"
+#include "cli/session.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/draw/map.hpp"
@@ -61,7 +62,7 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
 namespace {
 
 /// points_a.ply, and for LAS input points_a.las with the same fields as extra bytes.
-void write_scan(const Cloud& cloud, const PointFields& fields, const std::string& name, OutputFolder& folder,
+void write_scan(const CloudView& cloud, const PointFields& fields, const std::string& name, OutputFolder& folder,
                 const Context& context) {
   write_points(folder.path(name + ".ply"), cloud, fields, context);
   if (!is_las_file(cloud)) return;
@@ -78,13 +79,34 @@ void write_all_cells(const Comparison& c, OutputFolder& folder, const Context& c
 
 }  // namespace
 
-void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
-             const Delivery& delivery, OutputFolder* folder, double read_s, Run& run) {
-  deliver(comparison, a, b, truth, delivery, folder, read_s, run, nullptr);
+void add_read_time(Timing& timing, double seconds) {
+  timing.stages.insert(timing.stages.begin(), {"read", seconds});
+  timing.total += seconds;
 }
 
-void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
-             const Delivery& delivery, OutputFolder* folder, double read_s, Run& run, const Matching* matched) {
+void set_write_time(Timing& timing, double seconds) {
+  if (!timing.stages.empty() && timing.stages.back().first == "write") {
+    timing.total -= timing.stages.back().second;
+    timing.stages.pop_back();
+  }
+  timing.stages.emplace_back("write", seconds);
+  timing.total += seconds;
+}
+
+void Answer::add_output_options(Command&, Delivery&) const {}
+
+int finish(std::unique_ptr<Answer> answer, const Delivery& delivery, OutputFolder* folder, Run& run) {
+  if (!session().shell) {
+    session().answer = std::move(answer);
+    return 0;
+  }
+  answer->deliver(delivery, folder, run);
+  answer->require();
+  return 0;
+}
+
+void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, const std::optional<Truth>& truth,
+             const Delivery& delivery, OutputFolder* folder, Run& run, const Matching* matched) {
   const Context& context = run.context();
   Stopwatch watch;
   if (folder != nullptr) {
@@ -101,11 +123,7 @@ void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
   if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
 
-  const double write_s = watch.lap();
-  auto& timing = comparison.timing;
-  timing.stages.insert(timing.stages.begin(), {"read", read_s});
-  timing.stages.emplace_back("write", write_s);
-  timing.total += read_s + write_s;
+  set_write_time(comparison.timing, watch.lap());
 
   std::string json;
   if (folder != nullptr) {

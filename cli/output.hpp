@@ -8,8 +8,10 @@
 #include <vector>
 
 #include "cli/command.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/io/output_file.hpp"
+#include "isopach/match/matching.hpp"
 #include "isopach/report/report.hpp"
 
 namespace isopach::cli {
@@ -65,10 +67,12 @@ class Stopwatch {
   std::chrono::steady_clock::time_point last_ = std::chrono::steady_clock::now();
 };
 
-/// What compare and demo deliver.
+/// What a verb writes and prints, as its options under the heading "Output" say.
 struct Delivery {
-  std::string output, json;
+  std::string output, json;  ///< folder, file; empty: none
   bool no_map = false, no_cells = false, no_points = false;
+  std::string pose_out;        ///< of match: a file for the pose alone
+  std::string format = "ply";  ///< of points of distance and roughness
   MapOptions map;
 };
 
@@ -77,8 +81,14 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
 
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder);
 
-/// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here.
-void deliver(Comparison& comparison, const Cloud& a, const Cloud& b, const std::optional<Truth>& truth,
-             const Delivery& delivery, OutputFolder* folder, double read_s, Run& run);
+/// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here. `matched`:
+/// how B was moved, which is then said; null: it was not.
+void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, const std::optional<Truth>& truth,
+             const Delivery& delivery, OutputFolder* folder, Run& run, const Matching* matched);
+
+/// Puts the time that a stage took into a result's: of reading, which came first; of writing, which comes last and is
+/// told of the last time alone.
+void add_read_time(Timing& timing, double seconds);
+void set_write_time(Timing& timing, double seconds);
 
 }  // namespace isopach::cli

@@ -12,6 +12,7 @@
 #include <sstream>
 
 #include "cli/command.hpp"
+#include "cli/session.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/io/expression.hpp"
 #include "isopach/report/page/words.hpp"
@@ -175,7 +176,25 @@ WeightSource parse_weight(const std::string& text) {
   return {Kind::expression, Scan::any, text, Expression(text, "@weight")};  // refused before any file is read
 }
 
+namespace {
+
+void check_pose(const Pose& pose, const std::string& path) {
+  if (pose.m[12] != 0 || pose.m[13] != 0 || pose.m[14] != 0 || pose.m[15] != 1)
+    throw InputError(fmt::format("{}: the last row of a pose is 0 0 0 1; is the matrix transposed?", path));
+  const auto& m = pose.m;
+  const double determinant =
+      m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
+  if (determinant == 0) throw InputError(fmt::format("{}: the matrix flattens space (determinant 0)", path));
+}
+
+}  // namespace
+
 Pose read_pose(const std::string& path, const std::string& option) {
+  const auto& poses = session().poses;
+  if (const auto given = poses.find(path); given != poses.end()) {
+    check_pose(given->second, option);
+    return given->second;
+  }
   std::ifstream file(path);
   if (!file)
     throw InputError(
@@ -192,12 +211,7 @@ Pose read_pose(const std::string& path, const std::string& option) {
   }
   if (count != pose.m.size())
     throw InputError(fmt::format("{}: holds {} numbers; a pose is four lines of four numbers", path, count));
-  if (pose.m[12] != 0 || pose.m[13] != 0 || pose.m[14] != 0 || pose.m[15] != 1)
-    throw InputError(fmt::format("{}: the last row of a pose is 0 0 0 1; is the matrix transposed?", path));
-  const auto& m = pose.m;
-  const double determinant =
-      m[0] * (m[5] * m[10] - m[6] * m[9]) - m[1] * (m[4] * m[10] - m[6] * m[8]) + m[2] * (m[4] * m[9] - m[5] * m[8]);
-  if (determinant == 0) throw InputError(fmt::format("{}: the matrix flattens space (determinant 0)", path));
+  check_pose(pose, path);
   return pose;
 }
 

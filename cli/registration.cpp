@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "cli/parse.hpp"
+#include "cli/session.hpp"
 #include "isopach/base/error.hpp"
 
 namespace isopach::cli {
@@ -39,11 +40,14 @@ RegistrationError parse_registration(const std::string& text) {
       throw UsageError(fmt::format("--registration-error: {} is no standard deviation, give one above 0", text));
     return {*shift, std::nullopt, ""};
   }
+  const auto& matchings = session().matchings;
+  const auto given = matchings.find(text);
   std::ifstream file(text);
-  if (!file)
+  if (given == matchings.end() && !file)
     throw UsageError(fmt::format(
         "--registration-error: '{}' is neither a number nor a result of isopach match that can be opened", text));
   try {
+    if (given != matchings.end()) return {0, covariance_in(Json::parse(given->second)), "match"};
     return {0, covariance_in(Json::parse(file)), text};
   } catch (const Undetermined&) {
     throw InputError(

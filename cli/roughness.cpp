@@ -6,11 +6,13 @@
 #include <memory>
 #include <optional>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/measure/texture/form.hpp"
@@ -32,11 +34,11 @@ constexpr const char* footer =
     "  isopach roughness part.stl --form reference --reference nominal.stl --match";
 
 struct Request {
-  std::string scan, after, reference, pose_path, output, json, format = "ply";
+  std::string scan, after, reference, pose_path;
+  Delivery delivery;
   std::optional<unsigned> degree;
   std::optional<double> margin;
   bool no_layer_check = false;
-  MapOptions map;
   RoughnessOptions options;
   bool visible = false;
   RunOptions run;
@@ -99,19 +101,19 @@ void add_measure_options(Command& command, Request& request) {
   add_border_options(command, o.compare);
 }
 
-void add_output_options(Command& command, Request& request) {
+void add_output_options(Command& command, Delivery& delivery) {
   command.heading("Output");
   command
-      .option("-o,--output", "DIR", request.output,
+      .option("-o,--output", "DIR", delivery.output,
               "Folder for result.json, report.html, roughness.png, wrinkles.png, wrinkles.csv and points (with "
               "waviness, roughness, valley, wrinkle); of AFTER too; made if it is not there")
       ->check(not_empty());
   command
-      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
-  command.choice<std::string>("--format", request.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
+  command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of the points");
-  command.option("--map-width", "PIXELS", request.map.width, "Width of the maps")
+  command.option("--map-width", "PIXELS", delivery.map.width, "Width of the maps")
       ->check(whole_number(300, 20000))
       ->capture_default_str();
 }
@@ -122,36 +124,48 @@ void check_use(const Request& request) {
   if (request.degree && o.form != FormKind::polynomial)
     throw UsageError("--degree: is an option of --form polynomial: add that");
   if (o.accept_doubt && !o.match) throw UsageError("--accept-doubt: it says how to match: give it with --match");
-  if (request.output.empty() && request.format != "ply")
+  if (request.delivery.output.empty() && request.delivery.format != "ply")
     throw UsageError("--format: there are no points to write: name a folder with -o");
 }
 
 /// Maps and points of one scan; `suffix` sets the names of the second apart.
-void write_scan(const Texture& x, const Cloud& cloud, const std::string& suffix, const std::string& words,
-                const Roughness& r, const Request& request, OutputFolder& folder, std::vector<ReportPicture>& pictures,
-                const Context& context) {
+void write_scan(const Texture& x, const CloudView& cloud, const std::string& suffix, const std::string& words,
+                const Roughness& r, const Delivery& delivery, OutputFolder& folder,
+                std::vector<ReportPicture>& pictures, const Context& context) {
   const std::string map = folder.path("roughness" + suffix + ".png"), lines = folder.path("wrinkles" + suffix + ".png");
-  write_roughness_map(map, r, x, request.map, context);
-  write_wrinkle_map(lines, r, x, request.map, context);
+  write_roughness_map(map, r, x, delivery.map, context);
+  write_wrinkle_map(lines, r, x, delivery.map, context);
   pictures.push_back({map, "Roughness" + words});
   pictures.push_back({lines, "Wrinkles" + words + ", over the robust mean surface"});
-  write_roughness_points(folder.path("points" + suffix + "." + request.format), cloud, x, context);
+  write_roughness_points(folder.path("points" + suffix + "." + delivery.format), cloud, x, context);
 }
 
-void deliver(Roughness& r, const Cloud& scan, const Cloud& after, const Request& request, OutputFolder* folder,
-             double read_s, Run& run) {
+}  // namespace
+
+std::string RoughnessAnswer::json(const std::vector<std::string>& outputs) const {
+  return roughness_json(roughness, outputs);
+}
+std::string RoughnessAnswer::text() const { return roughness_text(roughness); }
+void RoughnessAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  cli::add_output_options(command, delivery);
+}
+
+bool RoughnessAnswer::draw(const std::string& path, const MapOptions& look, const Context& context) const {
+  write_roughness_map(path, roughness, roughness.scan, look, context);
+  return true;
+}
+
+void RoughnessAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Roughness& r = roughness;
   const Context& context = run.context();
   Stopwatch watch;
   std::vector<ReportPicture> pictures;
   if (folder != nullptr) {
-    write_scan(r.scan, scan, "", r.after ? " before" : "", r, request, *folder, pictures, context);
-    if (r.after) write_scan(*r.after, after, "_after", " after", r, request, *folder, pictures, context);
+    write_scan(r.scan, scan, "", r.after ? " before" : "", r, delivery, *folder, pictures, context);
+    if (r.after) write_scan(*r.after, after, "_after", " after", r, delivery, *folder, pictures, context);
     folder->write_text("wrinkles.csv", wrinkles_csv(r));
   }
-  const double write_s = watch.lap();
-  r.timing.stages.insert(r.timing.stages.begin(), {"read", read_s});
-  r.timing.stages.emplace_back("write", write_s);
-  r.timing.total += read_s + write_s;
+  set_write_time(r.timing, watch.lap());
   std::string json;
   if (folder != nullptr) {
     const std::string page = folder->path("report.html"), result = folder->path("result.json");
@@ -160,18 +174,16 @@ void deliver(Roughness& r, const Cloud& scan, const Cloud& after, const Request&
     write_roughness_html(page, r, pictures, json, context);
     context.check();
     folder->commit();
-  } else if (!request.json.empty()) {
+  } else if (!delivery.json.empty()) {
     json = roughness_json(r, {});
   }
-  if (!request.json.empty()) write_json(request.json, json, run);
-  if (request.json != "-") {
+  if (!delivery.json.empty()) write_json(delivery.json, json, run);
+  if (delivery.json != "-") {
     run.show(roughness_text(r));
   } else {
     for (const std::string& warning : r.warnings) run.warn(warning);
   }
 }
-
-}  // namespace
 
 int run_roughness(const Arguments& arguments) {
   Request request;
@@ -182,7 +194,7 @@ int run_roughness(const Arguments& arguments) {
       .positional("AFTER", request.after,
                   "The same surface afterwards, processed in the same way and compared with SCAN")
       ->required(false);
-  add_output_options(command, request);
+  add_output_options(command, request.delivery);
   add_removal_options(command, request);
   add_measure_options(command, request);
   add_scan_options(
@@ -207,27 +219,29 @@ int run_roughness(const Arguments& arguments) {
 
   Run run(request.run);
   std::unique_ptr<OutputFolder> folder;
-  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
   Stopwatch watch;
   ReadOptions wanted = read_options(o.compare.project);
   wanted.faces = request.visible || request.options.match;  // a nominal mesh is told by its faces
-  Cloud scan = read_cloud(request.scan, wanted, run.context());
-  Cloud after, reference;
-  if (!request.after.empty()) after = read_cloud(request.after, wanted, run.context());
-  if (!request.reference.empty()) reference = read_cloud(request.reference, wanted, run.context());
+  auto answer = std::make_unique<RoughnessAnswer>();
+  CloudView &scan = answer->scan, &after = answer->after, reference;
+  scan = scan_named(request.scan, wanted, run.context());
+  if (!request.after.empty()) after = scan_named(request.after, wanted, run.context());
+  if (!request.reference.empty()) reference = scan_named(request.reference, wanted, run.context());
   if (request.visible) {
-    Cloud seen = visible_of(scan, {}, after, o.compare.project, run.context());
+    CloudView seen = visible_of(scan, {}, after, o.compare.project, run.context());
     if (!request.after.empty())
       after = visible_of(std::move(after), o.compare.pose, scan, o.compare.project, run.context());
     scan = std::move(seen);
   }
   const double read_s = watch.lap();
-  const auto given = [](const std::string& path, const Cloud& cloud) {
+  const auto given = [](const std::string& path, const CloudView& cloud) {
     return path.empty() ? std::nullopt : std::optional<CloudView>(cloud);
   };
-  Roughness r = roughness(scan, given(request.after, after), given(request.reference, reference), o, run.context());
-  deliver(r, scan, after, request, folder.get(), read_s, run);
-  return 0;
+  answer->roughness =
+      roughness(scan, given(request.after, after), given(request.reference, reference), o, run.context());
+  add_read_time(answer->roughness.timing, read_s);
+  return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
 }  // namespace isopach::cli

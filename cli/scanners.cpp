@@ -3,10 +3,12 @@
 
 #include <memory>
 
+#include "cli/answer.hpp"
 #include "cli/application.hpp"
 #include "cli/match.hpp"
 #include "cli/parse.hpp"
 #include "cli/scans.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/scanners.hpp"
@@ -29,12 +31,48 @@ struct Request {
   std::string a, b, reference;
   std::string start;
   ScannersOptions options;
-  ApplicationOutput output;
+  Delivery output;
   bool visible = false;
   RunOptions run;
 };
 
 }  // namespace
+
+std::string ScannersAnswer::json(const std::vector<std::string>& outputs) const {
+  return scanners_json(scanners, outputs);
+}
+std::string ScannersAnswer::text() const { return scanners_text(scanners); }
+void ScannersAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  add_application_output(command, delivery, "difference.png");
+}
+bool ScannersAnswer::draw(const std::string& path, const MapOptions& look, const Context& context) const {
+  write_scanners_map(path, scanners, look, context);
+  return true;
+}
+void ScannersAnswer::require() const {
+  if (!scanners.scan[0].converged || !scanners.scan[1].converged)
+    throw Error(ExitCode::not_converged,
+                "a scan could not be matched to the reference: allow more steps (--max-iterations), or give a better "
+                "--start");
+}
+
+void ScannersAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  Scanners& s = scanners;
+  const Context& context = run.context();
+  const MapOptions& look = delivery.map;
+  Delivered files;
+  files.write = [&](OutputFolder& out) {
+    const std::string map = out.path("difference.png");
+    write_scanners_map(map, s, look, context);
+    return map;
+  };
+  files.json = [&](const std::vector<std::string>& outputs) { return scanners_json(s, outputs); };
+  files.page = [&](const std::string& path, const std::string& map, const std::string& json) {
+    write_scanners_html(path, s, map, json, look, context);
+  };
+  files.text = [&] { return scanners_text(s); };
+  deliver_application(files, s.timing, s.warnings, delivery, folder, run);
+}
 
 int run_scanners(const Arguments& arguments) {
   Request request;
@@ -73,35 +111,21 @@ int run_scanners(const Arguments& arguments) {
   Stopwatch watch;
   ReadOptions wanted = read_options(compare.project);
   wanted.faces = true;  // files that have some may be nominal meshes
-  Cloud a = read_cloud(request.a, wanted, context), b = read_cloud(request.b, wanted, context);
-  Cloud reference = read_cloud(request.reference, wanted, context);
+  auto answer = std::make_unique<ScannersAnswer>();
+  CloudView &a = answer->a, &b = answer->b, &reference = answer->reference;
+  a = scan_named(request.a, wanted, context), b = scan_named(request.b, wanted, context);
+  reference = scan_named(request.reference, wanted, context);
   if (request.visible) {
     const Pose& start = request.options.match.start;
-    Cloud seen = visible_of(reference, {}, a.faces.empty() ? b : a, compare.project, context);
+    CloudView seen = visible_of(reference, {}, a.faces.empty() ? b : a, compare.project, context);
     a = visible_of(std::move(a), start, reference, compare.project, context);
     b = visible_of(std::move(b), start, reference, compare.project, context);
     reference = std::move(seen);
   }
   const double read_s = watch.lap();
-  Scanners s = scanners(a, b, reference, request.options, context);
-  const MapOptions& look = request.output.map;
-  Delivered files;
-  files.write = [&](OutputFolder& out) {
-    const std::string map = out.path("difference.png");
-    write_scanners_map(map, s, look, context);
-    return map;
-  };
-  files.json = [&](const std::vector<std::string>& outputs) { return scanners_json(s, outputs); };
-  files.page = [&](const std::string& path, const std::string& map, const std::string& json) {
-    write_scanners_html(path, s, map, json, look, context);
-  };
-  files.text = [&] { return scanners_text(s); };
-  deliver_application(files, s.timing, s.warnings, request.output, folder.get(), read_s, run);
-  if (!s.scan[0].converged || !s.scan[1].converged)
-    throw Error(ExitCode::not_converged,
-                "a scan could not be matched to the reference: allow more steps (--max-iterations), or give a better "
-                "--start");
-  return 0;
+  answer->scanners = scanners(a, b, reference, request.options, context);
+  add_read_time(answer->scanners.timing, read_s);
+  return finish(std::move(answer), request.output, folder.get(), run);
 }
 
 }  // namespace isopach::cli

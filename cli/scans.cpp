@@ -57,8 +57,8 @@ void add_visible_option(Command& command, bool& visible) {
                "that what is left is a height field");
 }
 
-Cloud visible_of(Cloud cloud, const Pose& pose, const Cloud& other, const ProjectOptions& project,
-                 const Context& context) {
+CloudView visible_of(CloudView cloud, const Pose& pose, const CloudView& other, const ProjectOptions& project,
+                     const Context& context) {
   if (cloud.faces.empty() && other.faces.empty())
     throw UsageError("--visible: none of the files has faces that could hide a point: leave the option out");
   if (cloud.faces.empty()) {

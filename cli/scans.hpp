@@ -4,7 +4,7 @@
 
 #include "cli/command.hpp"
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/options.hpp"
 #include "isopach/io/read.hpp"
 
@@ -33,8 +33,8 @@ void add_border_options(Command& command, CompareOptions& options);
 void add_visible_option(Command& command, bool& visible);
 /// What --visible leaves of a scan, seen in the frame of it (after `pose`) and `other` together. A scan without faces
 /// is whole, and a note says so; UsageError where neither has any.
-[[nodiscard]] Cloud visible_of(Cloud cloud, const Pose& pose, const Cloud& other, const ProjectOptions& project,
-                               const Context& context);
+[[nodiscard]] CloudView visible_of(CloudView cloud, const Pose& pose, const CloudView& other,
+                                   const ProjectOptions& project, const Context& context);
 
 /// What has to be read of a scan; without classes to select no attributes: memory is not free.
 [[nodiscard]] ReadOptions read_options(const ProjectOptions& project);

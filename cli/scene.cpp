@@ -1,7 +1,5 @@
 #include "cli/scene.hpp"
 
-#include <nlohmann/json.hpp>
-
 namespace isopach::cli {
 
 SceneOptions SceneRequest::scene_options() const {
@@ -36,7 +34,7 @@ void add_scene_options(Command& command, SceneRequest& request) {
   add_seed(command, request.seed);
 }
 
-std::string truth_json(const Scene& scene, const SceneRequest& request, const std::vector<std::string>& outputs) {
+nlohmann::ordered_json truth_of(const Scene& scene, const SceneRequest& request) {
   const SceneOptions options = request.scene_options();
   const Truth& truth = scene.truth;
   nlohmann::ordered_json json;
@@ -50,8 +48,12 @@ std::string truth_json(const Scene& scene, const SceneRequest& request, const st
   json["volume"] = {{"above", truth.above}, {"below", truth.below}, {"net", truth.net}, {"error", truth.error}};
   json["parts"] = nlohmann::ordered_json::object();
   for (const auto& [name, value] : truth.parts) json["parts"][name] = value;
-  json["outputs"] = outputs;
-  return json.dump(2) + "\n";
+  return json;
+}
+
+std::string truth_json(nlohmann::ordered_json truth, const std::vector<std::string>& outputs) {
+  truth["outputs"] = outputs;
+  return truth.dump(2) + "\n";
 }
 
 }  // namespace isopach::cli

@@ -1,5 +1,6 @@
 // What simulate and demo share: the options of a scene, and its truth as JSON.
 #pragma once
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 
@@ -20,8 +21,9 @@ struct SceneRequest {
 /// Names of the scenes, "a, b, c".
 [[nodiscard]] std::string scene_list();
 void add_scene_options(Command& command, SceneRequest& request);
-/// `outputs`: the files written, truth.json among them.
-[[nodiscard]] std::string truth_json(const Scene& scene, const SceneRequest& request,
-                                     const std::vector<std::string>& outputs);
+/// What truth.json says, less its last key, `outputs`.
+[[nodiscard]] nlohmann::ordered_json truth_of(const Scene& scene, const SceneRequest& request);
+/// The text of truth.json. `outputs`: the files written, truth.json among them.
+[[nodiscard]] std::string truth_json(nlohmann::ordered_json truth, const std::vector<std::string>& outputs);
 
 }  // namespace isopach::cli

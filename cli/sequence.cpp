@@ -7,9 +7,11 @@
 #include <filesystem>
 #include <memory>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
+#include "cli/session.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/sequence.hpp"
@@ -34,7 +36,7 @@ constexpr const char* footer =
 
 struct Request {
   std::vector<std::string> frames;
-  std::string output, json;
+  Delivery delivery;
   SequenceOptions options;
   RunOptions run;
 };
@@ -84,7 +86,7 @@ std::vector<std::string> scans_in(const std::string& folder) {
 std::vector<std::string> all_frames(const std::vector<std::string>& words) {
   std::vector<std::string> all;
   for (const std::string& word : words) {
-    if (!std::filesystem::is_directory(word)) {
+    if (session().scans.contains(word) || !std::filesystem::is_directory(word)) {
       all.push_back(word);
       continue;
     }
@@ -138,37 +140,49 @@ void add_options(Command& command, Request& request) {
               "Points of the reference that parts are found and fitted by, about")
       ->check(whole_number(500, max_nodes))
       ->capture_default_str();
+}
+
+void add_output_options(Command& command, Delivery& delivery) {
   command.heading("Output");
   command
-      .option("-o,--output", "DIR", request.output,
+      .option("-o,--output", "DIR", delivery.output,
               "Folder for report.html, result.json, motion.csv and parts.ply (the reference with part and blend); made "
               "if it is not there")
       ->check(not_empty());
   command
-      .option("--json", "FILE", request.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
+      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       ->check(not_empty());
 }
 
-void deliver_sequence(SequenceResult& r, const Request& request, OutputFolder* folder, Run& run) {
+}  // namespace
+
+std::string SequenceAnswer::json(const std::vector<std::string>& outputs) const {
+  return sequence_json(sequence, outputs);
+}
+std::string SequenceAnswer::text() const { return sequence_text(sequence); }
+void SequenceAnswer::add_output_options(Command& command, Delivery& delivery) const {
+  cli::add_output_options(command, delivery);
+}
+
+void SequenceAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  SequenceResult& r = sequence;
   Stopwatch watch;
   std::string json;
   if (folder != nullptr) {
     folder->write_text("motion.csv", sequence_csv(r));
     write_parts(folder->path("parts.ply"), r, run.context());
     const std::string page = folder->path("report.html"), result = folder->path("result.json");
-    const double seconds = watch.lap();
-    r.timing.stages.emplace_back("write", seconds);
-    r.timing.total += seconds;
+    set_write_time(r.timing, watch.lap());
     json = sequence_json(r, folder->names());
     write_text_atomically(result, json);
     write_text_atomically(page, sequence_html(r, json));
     run.context().check();
     folder->commit();
-  } else if (!request.json.empty()) {
+  } else if (!delivery.json.empty()) {
     json = sequence_json(r, {});
   }
-  if (!request.json.empty()) write_json(request.json, json, run);
-  if (request.json != "-") {
+  if (!delivery.json.empty()) write_json(delivery.json, json, run);
+  if (delivery.json != "-") {
     run.show(sequence_text(r));
     if (folder != nullptr) run.show("report: " + folder->final_path("report.html"));
   } else {
@@ -176,31 +190,30 @@ void deliver_sequence(SequenceResult& r, const Request& request, OutputFolder* f
   }
 }
 
-}  // namespace
-
 int run_sequence(const Arguments& arguments) {
   Request request;
   Command command("sequence", description, footer);
   command.positional("FRAME", request.frames,
                      "Scans in the order of time, or a folder of them; any format compare reads");
   add_options(command, request);
+  add_output_options(command, request.delivery);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
 
   Run run(request.run);
   const std::vector<std::string> frames = all_frames(request.frames);
   std::unique_ptr<OutputFolder> folder;
-  if (!request.output.empty()) folder = std::make_unique<OutputFolder>(request.output);
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
   ReadOptions wanted;
   wanted.attributes.clear();
   Context reading = run.context();
   reading.progress = nullptr;  // the stage on show is that of the sequence
-  const FrameSource source{frames.size(),
-                           [&](std::size_t k) { return std::filesystem::path(frames[k]).filename().string(); },
-                           [&](std::size_t k) { return read_cloud(frames[k], wanted, reading); }};
-  SequenceResult r = sequence(source, request.options, run.context());
-  deliver_sequence(r, request, folder.get(), run);
-  return 0;
+  const FrameSource source{
+      frames.size(), [&](std::size_t k) { return std::filesystem::path(name_of_scan(frames[k])).filename().string(); },
+      [&](std::size_t k) { return cloud_named(frames[k], wanted, reading); }};
+  auto answer = std::make_unique<SequenceAnswer>();
+  answer->sequence = sequence(source, request.options, run.context());
+  return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
 }  // namespace isopach::cli

@@ -1,5 +1,6 @@
 #include "cli/values.hpp"
 
+#include "cli/session.hpp"
 #include "isopach/io/polygons.hpp"
 #include "isopach/io/raster_values.hpp"
 
@@ -10,7 +11,7 @@ std::vector<PolygonSet> read_all(const std::vector<std::string>& paths, const Co
   std::vector<PolygonSet> sets;
   for (const std::string& path : paths) {
     context.check();
-    sets.push_back(read_polygons(path));
+    sets.push_back(polygons_named(path));
   }
   return sets;
 }

@@ -377,7 +377,7 @@ Cloud read_las(std::span<const char> bytes, const std::string& path, const ReadO
   return cloud;
 }
 
-bool is_las_file(const Cloud& cloud) {
+bool is_las_file(const CloudView& cloud) {
   std::error_code none;
   return (cloud.format == "las" || cloud.format == "laz") && std::filesystem::is_regular_file(cloud.path, none);
 }

@@ -7,6 +7,7 @@
 #include <string_view>
 #include <vector>
 
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/io/write.hpp"
 
@@ -37,7 +38,7 @@ void write_las(const std::string& path, const Cloud& cloud, const Context& conte
 
 /// Was the cloud read from a LAS or LAZ file that can be read again, so that its records can be copied? What came
 /// through a pipe cannot.
-[[nodiscard]] bool is_las_file(const Cloud& cloud);
+[[nodiscard]] bool is_las_file(const CloudView& cloud);
 
 /// How a file stores its numbers, for who wants to know what a conversion changed.
 struct LasStorage {
