@@ -7,6 +7,7 @@
 #include "isopach/apps/texture.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/field/extent.hpp"
 #include "isopach/match/match.hpp"
 #include "isopach/measure/texture/form.hpp"
 
@@ -19,10 +20,9 @@ void check(const RoughnessOptions& o, bool has_after, bool has_reference) {
       throw UsageError(fmt::format("{}: {} is no length: give one above 0", option, value));
   };
   length(o.s_filter, "@s-filter"), length(o.l_filter, "@l-filter");
-  constexpr double longest = 1e60;  // as scans, see choose_frame: its square is a finite double
   for (const auto& [value, option] : {std::pair{o.s_filter, "@s-filter"}, {o.l_filter, "@l-filter"}})
-    if (value > longest)
-      throw UsageError(fmt::format("{}: {} is longer than any scan, the most is {}", option, value, longest));
+    if (value > max_extent)
+      throw UsageError(fmt::format("{}: {} is longer than any scan, the most is {}", option, value, max_extent));
   if (o.margin >= 0) length(o.margin, "@margin");
   length(o.wrinkles.depth, "@wrinkle-depth"), length(o.wrinkles.length, "@wrinkle-length");
   if (o.s_filter > 0 && o.l_filter > 0 && !(o.s_filter < o.l_filter))

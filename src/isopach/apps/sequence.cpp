@@ -12,6 +12,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
+#include "isopach/field/extent.hpp"
 
 namespace isopach {
 namespace {
@@ -36,11 +37,10 @@ void check(const FrameSource& frames, const SequenceOptions& o) {
     throw UsageError(fmt::format("@least-part: {} is not a share above 0 and below 0.5", o.least_part));
   if (!(o.smooth >= 0)) throw UsageError("@smooth: not a number of frames, 0 or more");
   if (!(o.rate >= 0)) throw UsageError("@rate: not a number of frames a second");
-  constexpr double farthest = 1e60;  // as coordinates of scans, see choose_frame: squares of it are finite doubles
   for (const auto& [place, option] : {std::pair{&o.static_at, "@static-at"}, {&o.follow, "@follow"}}) {
     if (!*place) continue;
     const Point3& p = **place;
-    if (!(std::fabs(p.x) <= farthest && std::fabs(p.y) <= farthest && std::fabs(p.z) <= farthest))
+    if (!(std::fabs(p.x) <= max_extent && std::fabs(p.y) <= max_extent && std::fabs(p.z) <= max_extent))
       throw UsageError(
           fmt::format("{}: ({:.6g}, {:.6g}, {:.6g}) is farther away than any scan reaches", option, p.x, p.y, p.z));
   }

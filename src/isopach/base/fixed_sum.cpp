@@ -20,8 +20,7 @@ constexpr int largest_exponent = 1024;  // of sums that are doubles; infinity is
 [[noreturn]] void refuse_number() {
   throw InputError(
       "an area, a volume or an integral of squares is no finite number: coordinates or heights are too large, give "
-      "them "
-      "in a larger unit");
+      "them in a larger unit");
 }
 
 // Of x, which is not 0, finite, and not negative: size · 2^exponent.

@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "isopach/field/extent.hpp"
+
 namespace isopach::stages {
 
 namespace {
@@ -42,14 +44,12 @@ std::vector<Edge> moved(std::vector<Edge> edges, const Frame& frame) {
   return edges;
 }
 
-// Products of lengths must stay finite doubles. Scans keep to the same bound, see choose_frame.
-constexpr double farthest = 1e60;
-bool in_reach(const Point2& p) { return std::fabs(p.x) <= farthest && std::fabs(p.y) <= farthest; }
+bool in_reach(const Point2& p) { return std::fabs(p.x) <= max_extent && std::fabs(p.y) <= max_extent; }
 
 [[noreturn]] void refuse_far(const std::string& what, const Point2& p, const Frame& frame) {
   const Point3 at = frame.to_input({p.x, p.y, 0});
   throw InputError(fmt::format("{} has a corner at ({:.10g}, {:.10g}), farther than {} from the scans: mend the file",
-                               what, at.x, at.y, farthest));
+                               what, at.x, at.y, max_extent));
 }
 
 Region region_of(Polygon polygon, const PolygonSet& file, const Frame& frame, std::vector<std::string>& warnings) {

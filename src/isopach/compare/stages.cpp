@@ -106,8 +106,9 @@ void describe_slivers(const CellView& cells, Comparison& c) {
   for (const CellPiece& piece : cells.pieces) of_scans[piece.cell] = 1;
   CellView unclipped = cells;
   unclipped.in_domain = of_scans;
-  VolumeSums sums{SumScales(bounds_of(cells))};
   std::vector<Index> slivers = border_slivers(unclipped);
+  if (slivers.empty()) return;
+  VolumeSums sums{SumScales(bounds_of(cells))};
   for (const Index i : slivers)
     if (cells.in_domain[i] != 0) sums.add(cell_at(cells, i));
   if (!cells.pieces.empty()) {
@@ -436,8 +437,7 @@ void announce_size(const Overlay& overlay, Comparison& c, const Context& context
   if (const std::uint64_t usable = usable_memory(); c.options.keep_overlay && memory > static_cast<double>(usable))
     throw InputError(fmt::format(
         "the overlay of the two scans has about {:.0f} million cells, and to keep them needs about {}, of which {} "
-        "can be used: "
-        "leave them out with @no-cells, or use @surface common",
+        "can be used: leave them out with @no-cells, or use @surface common",
         1e-6 * cells, bytes_in_words(static_cast<std::uint64_t>(memory)), bytes_in_words(usable)));
   if (cells < many || cells < many_a_node * static_cast<double>(c.a.nodes + c.b.nodes)) return;
   context.step(fmt::format("overlay of about {:.0f} million cells", 1e-6 * cells), 0);

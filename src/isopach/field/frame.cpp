@@ -9,6 +9,7 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/linear.hpp"
+#include "isopach/field/extent.hpp"
 #include "isopach/field/filter.hpp"
 #include "isopach/field/height_field.hpp"
 
@@ -18,7 +19,7 @@ namespace {
 __extension__ using Int128 = __int128;
 
 // Largest side of the joint box. The in-circle determinant is of degree 4 in it and must stay a finite double.
-constexpr double max_extent = 1e60, min_extent = 1e-60;
+constexpr double min_extent = 1e-60;
 
 // Smallest k with 2^k >= x > 0.
 int ceil_log2(double x) {

@@ -17,7 +17,8 @@ enum class PointVerdict : unsigned char {
   behind        ///< where the other scan cannot have seen
 };
 
-inline constexpr double least_detail = 0.5;  ///< q of both scans
+/// Least detail q, of both scans, of a surface that determines a pose.
+inline constexpr double least_detail = 0.5;
 
 /// All numbers of a pose. First of two: points of MOVING in the view of FIXED; second: the other way round.
 struct PoseEvidence {

@@ -16,7 +16,7 @@ enum class Grade {
 
 [[nodiscard]] const char* to_text(Grade grade);
 
-/// Least E of a trusted pose on a surface that holds it well, and least detail q of a surface that determines one.
+/// Least E of a trusted pose on a surface that holds it well.
 inline constexpr double least_agreement = 0.70;
 /// Least E where the scan slips by 1 % of its extent for `slip` noises. Below 1 an error of that size hides within the
 /// noise, so that what disagrees must not be left to change: it rises to 0.95.

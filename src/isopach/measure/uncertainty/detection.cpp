@@ -12,36 +12,28 @@ namespace {
 
 constexpr std::size_t block = 1 << 13;
 
-struct Sums {
-  FixedSum above, below, area;
-
-  Sums() = default;
-  explicit Sums(const SumScales& scales) : above(scales.volume), below(scales.volume), area(scales.area) {}
-
-  void add(const Detected& d) { above.add(d.above), below.add(d.below), area.add(d.area); }
-  void add(const Sums& s) { above.add(s.above), below.add(s.below), area.add(s.area); }
-};
+void add(VolumeSums& sums, const Detected& d) { sums.area.add(d.area), sums.add_volume({d.above, d.below}); }
 
 // `for_block(begin, end, sums)` on fixed blocks of n items.
 template <class F>
 Detected over_blocks(std::size_t n, const SumBounds& bounds, F&& for_block) {
   const SumScales scales(bounds);
-  const Sums total = reduce_blocks<Sums>(
+  const VolumeSums total = reduce_blocks<VolumeSums>(
       n, block,
       [&](std::size_t begin, std::size_t end) {
-        Sums part(scales);
+        VolumeSums part(scales);
         for_block(begin, end, part);
         return part;
       },
-      [](Sums& left, const Sums& right) { left.add(right); });
+      [](VolumeSums& left, const VolumeSums& right) { left.add(right); });
   return {total.above.value(), total.below.value(), total.area.value()};
 }
 
 template <class Source>
 Detected detect_constant(const Source& cells, double lod, const Context& context) {
   context.check();
-  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
-    for_cells(cells, begin, end, [&](const Cell& cell) { part.add(detect(cell, {lod, lod, lod})); });
+  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, VolumeSums& part) {
+    for_cells(cells, begin, end, [&](const Cell& cell) { add(part, detect(cell, {lod, lod, lod})); });
   });
 }
 
@@ -109,9 +101,9 @@ Detected detect(const Cell& cell, const std::array<double, 3>& lod) {
 
 Detected detect(const CellView& cells, std::span<const double> lod, const Context& context) {
   context.check();
-  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, VolumeSums& part) {
     for_common(cells, begin, end,
-               [&](const CommonCell& c, std::size_t) { part.add(detect(c.cell(), c.at_corners(lod))); });
+               [&](const CommonCell& c, std::size_t) { add(part, detect(c.cell(), c.at_corners(lod))); });
   });
 }
 
@@ -124,7 +116,7 @@ Detected detect(const OverlayCells& cells, double lod, const Context& context) {
 
 Detected detect(const OverlayCells& cells, const OverlayLevel& level, const Context& context) {
   context.check();
-  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, Sums& part) {
+  return over_blocks(items_of(cells), bounds_of(cells), [&](std::size_t begin, std::size_t end, VolumeSums& part) {
     ItemCells heights;
     std::vector<ItemCells> deviations(level.deviations.size());
     for (std::size_t i = begin; i < end; ++i) {
@@ -139,7 +131,7 @@ Detected detect(const OverlayCells& cells, const OverlayLevel& level, const Cont
           return level.k * std::sqrt(square);
         };
         for_triangles(c, [&](unsigned a, unsigned b, double area) {
-          part.add(detect(Cell{area, {c.d(0), c.d(a), c.d(b)}}, {lod(0), lod(a), lod(b)}));
+          add(part, detect(Cell{area, {c.d(0), c.d(a), c.d(b)}}, {lod(0), lod(a), lod(b)}));
         });
       }
     }
