@@ -129,7 +129,7 @@ int run_accuracy(const Arguments& arguments) {
   command
       .option("--within", "TOLERANCE", request.options.within,
               "Also the share of the reference that is met to within this height")
-      ->check(positive());
+      .check(positive());
   command.option("--fail-above", "STATISTIC=LIMIT[,…]", above, "Exit 6 if a statistic is above its limit: " + names());
   command.option("--fail-below", "STATISTIC=LIMIT[,…]", below, "Exit 6 if a statistic is below its limit");
   add_scan_options(command, compare.project, request.start, compare.unit,

@@ -7,9 +7,9 @@ void add_application_output(Command& command, Delivery& output, const std::strin
   command
       .option("-o,--output", "DIR", output.output,
               "Folder for result.json, report.html, " + files + "; made if it is not there")
-      ->check(not_empty());
+      .check(not_empty());
   command.option("--json", "FILE", output.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
   add_map_options(command, output.map, "Title of map and report");
 }
 

@@ -163,11 +163,11 @@ int run_asymmetry(const Arguments& arguments) {
       .option("--rim", "WIDTH", options.rim,
               "Points nearer than this to the border of the scan, or of a hole in it, are left out: hair, noise at the "
               "rim (default 0)")
-      ->check(not_negative());
+      .check(not_negative());
   command
       .option("--depth", "LENGTH", options.depth,
               "Points farther than this behind the foremost one are left out: the back of a head (default: none)")
-      ->check(positive());
+      .check(positive());
   command.flag("--visible", options.visible,
                "Of a file with faces: points behind a face, as in the mouth or at the back, are left out");
   command
@@ -176,19 +176,19 @@ int run_asymmetry(const Arguments& arguments) {
               "...) in x "
               "and y of FACE (of a face that looks along y in x and z, along x in y and z), drawn on either side "
               "(default thirds)")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option(
           "--stable", "PARTS", request.stable,
           "Parts that the plane is fitted to alone, because others are swollen, missing or moved: of forehead, eyes, "
           "nose, cheeks, mouth, chin, with commas between (default: all)")
-      ->check(not_empty());
+      .check(not_empty());
   command.parsed("--overlap", "auto|SHARE", options.overlap, parse_overlap,
                  "Share of the area that the plane is fitted to; auto: all that differs no more than noise; 1: "
                  "everything (default auto)");
   command.option("--max-iterations", "N", options.max_iterations, "Most steps of a search on all points")
-      ->check(whole_number(1, 100000))
-      ->capture_default_str();
+      .check(whole_number(1, 100000))
+      .show_default();
   command.flag("--accept-doubt", options.accept_doubt,
                "With --direction or --across: take the plane although both sides of the scan hardly agree about it");
   add_run_options(command, request.run);

@@ -44,13 +44,13 @@ void add_options(Command& command, Request& request) {
   CombineOptions& o = request.options;
   command.heading("Reference object");
   command.option("--reference", "FILE", request.reference, "A scan of the object alone, or its model")
-      ->required()
-      ->check(not_empty());
+      .required(true)
+      .check(not_empty());
   command
       .option("--least-share", "SHARE", o.least_share,
               "Share of the object's points that must lie on a surface of each scan")
-      ->check(share())
-      ->capture_default_str();
+      .check(share())
+      .show_default();
   command.option(
       "--start-face", "FILE", request.start_face,
       "Four lines of four numbers: approximate pose of the object in FACE (default: the program searches for it)");
@@ -65,10 +65,10 @@ void add_output_options(Command& command, Delivery& delivery) {
       .option("-o,--output", "DIR", delivery.output,
               "Folder for combined.ply (with the attribute part: 0 face, 1 jaw, 2 and 3 the object in them), pose.txt, "
               "result.json and report.html; made if it is not there")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
 }
 
 }  // namespace

@@ -2,6 +2,8 @@
 
 #include <fmt/core.h>
 
+#include <CLI/CLI.hpp>
+
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -178,61 +180,75 @@ bool read_all(const std::string& text, T& value) {
   return error == std::errc{} && end == text.data() + text.size();
 }
 
-CLI::Validator validator(std::function<std::string(std::string&)> check) {
-  return CLI::Validator(std::move(check), "");
-}
-
 }  // namespace
 
-CLI::Validator whole_number(std::uint64_t least, std::uint64_t most) {
-  return validator([=](std::string& text) {
+Check whole_number(std::uint64_t least, std::uint64_t most) {
+  return [=](const std::string& text) {
     std::uint64_t value = 0;
     if (read_all(text, value) && least <= value && value <= most) return std::string();
     if (most == std::numeric_limits<std::uint64_t>::max())
       return fmt::format("'{}' is not a whole number, {} or more", text, least);
     return fmt::format("'{}' is not a whole number from {} to {}", text, least, most);
-  });
+  };
 }
 
-CLI::Validator share() {
-  return validator([](std::string& text) {
+Check share() {
+  return [](const std::string& text) {
     double value = 0;
     return read_all(text, value) && 0 <= value && value <= 1 ? std::string()
                                                              : fmt::format("'{}' is not a number from 0 to 1", text);
-  });
+  };
 }
 
-CLI::Validator not_negative() {
-  return validator([](std::string& text) {
+Check not_negative() {
+  return [](const std::string& text) {
     double value = 0;
     return read_all(text, value) && 0 <= value && std::isfinite(value)
                ? std::string()
                : fmt::format("'{}' is not a number, 0 or more", text);
-  });
+  };
 }
 
-CLI::Validator positive() {
-  return validator([](std::string& text) {
+Check positive() {
+  return [](const std::string& text) {
     double value = 0;
     return read_all(text, value) && 0 < value && std::isfinite(value)
                ? std::string()
                : fmt::format("'{}' is not a number above 0", text);
-  });
+  };
 }
 
-CLI::Validator not_empty() {
-  return validator([](std::string& text) { return text.empty() ? std::string("the name is empty") : std::string(); });
+Check not_empty() {
+  return [](const std::string& text) { return text.empty() ? std::string("the name is empty") : std::string(); };
 }
+
+Option Option::check(const Check& check) const {
+  option_->check([check](const std::string& text) { return check(text); });
+  return *this;
+}
+Option Option::required(bool is) const {
+  option_->required(is);
+  return *this;
+}
+Option Option::each(const std::function<void(const std::string& text)>& heard) const {
+  option_->each(heard);
+  return *this;
+}
+Option Option::show_default() const {
+  option_->capture_default_str();
+  return *this;
+}
+bool Option::is_given() const { return option_->count() > 0; }
 
 Command::Command(const std::string& verb, const std::string& description, const std::string& footer)
-    : app_(description, "isopach " + verb), verb_(verb) {
-  app_.formatter(std::make_shared<HelpFormatter>());
-  app_.get_formatter()->label("OPTIONS", "options");
-  app_.get_formatter()->label("Positionals", "Arguments");
-  app_.footer(footer);
-  app_.set_help_flag();
-  app_.config_formatter(std::make_shared<ConfigFile>(app_));
-  app_.allow_config_extras(CLI::config_extras_mode::error);
+    : app_(std::make_unique<CLI::App>(description, "isopach " + verb)), verb_(verb) {
+  app_->formatter(std::make_shared<HelpFormatter>());
+  app_->get_formatter()->label("OPTIONS", "options");
+  app_->get_formatter()->label("Positionals", "Arguments");
+  app_->footer(footer);
+  app_->set_help_flag();
+  app_->config_formatter(std::make_shared<ConfigFile>(*app_));
+  app_->allow_config_extras(CLI::config_extras_mode::error);
 }
 
 namespace {
@@ -257,50 +273,48 @@ void refuse_empty_names(const CLI::App& app, const Arguments& arguments) {
 Command::~Command() = default;
 
 template <class T>
-CLI::Option* Command::positional(const std::string& name, T& target, const std::string& description) {
-  return app_.add_option(name, target, description)->type_name("")->required();
+Option Command::positional(const std::string& name, T& target, const std::string& description) {
+  return Option(app_->add_option(name, target, description)->type_name("")->required());
 }
 
 template <class T>
-CLI::Option* Command::option(const std::string& names, const std::string& type, T& target,
-                             const std::string& description) {
-  return app_.add_option(names, target, description)->type_name(type)->group(heading_)->allow_extra_args(false);
+Option Command::option(const std::string& names, const std::string& type, T& target, const std::string& description) {
+  return Option(
+      app_->add_option(names, target, description)->type_name(type)->group(heading_)->allow_extra_args(false));
 }
 
 // The types of values that options have.
 using Words = std::vector<std::string>;
-template CLI::Option* Command::positional(const std::string&, std::string&, const std::string&);
-template CLI::Option* Command::positional(const std::string&, Words&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, std::string&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, Words&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, double&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, int&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, unsigned&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, std::uint64_t&, const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<double>&,
-                                      const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<unsigned>&,
-                                      const std::string&);
-template CLI::Option* Command::option(const std::string&, const std::string&, std::optional<std::size_t>&,
-                                      const std::string&);
+template Option Command::positional(const std::string&, std::string&, const std::string&);
+template Option Command::positional(const std::string&, Words&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, std::string&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, Words&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, double&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, int&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, unsigned&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, std::uint64_t&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, std::optional<double>&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, std::optional<unsigned>&, const std::string&);
+template Option Command::option(const std::string&, const std::string&, std::optional<std::size_t>&,
+                                const std::string&);
 
-CLI::Option* Command::flag(const std::string& names, bool& target, const std::string& description) {
-  return app_.add_flag(names, target, description)->group(heading_);
+Option Command::flag(const std::string& names, bool& target, const std::string& description) {
+  return Option(app_->add_flag(names, target, description)->group(heading_));
 }
 
-CLI::Option* Command::option_with(const std::string& names, const std::string& type,
-                                  const std::function<void(const std::string& text)>& read,
-                                  const std::string& description, const std::string& default_value) {
-  CLI::Option* option = app_.add_option_function<std::string>(names, read, description)->type_name(type);
+Option Command::option_with(const std::string& names, const std::string& type,
+                            const std::function<void(const std::string& text)>& read, const std::string& description,
+                            const std::string& default_value) {
+  CLI::Option* option = app_->add_option_function<std::string>(names, read, description)->type_name(type);
   if (!default_value.empty()) option->default_str(default_value);
-  return option->group(heading_);
+  return Option(option->group(heading_));
 }
 
 std::string Command::unknown_word() const {
   std::vector<std::string> names;
-  for (const CLI::Option* option : app_.get_options())
+  for (const CLI::Option* option : app_->get_options())
     for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
-  const std::vector<std::string> rest = app_.remaining();
+  const std::vector<std::string> rest = app_->remaining();
   for (const std::string& word : rest)
     if (word.size() > 1 && word.front() == '-') {
       const std::string name = word.substr(0, word.find('='));
@@ -331,20 +345,21 @@ OptionRow row_of(const CLI::Option& option) {
 
 bool Command::parse(const Arguments& arguments) {
   if (std::vector<OptionRow>* table = session().table) {
-    for (const CLI::Option* option : app_.get_options()) table->push_back(row_of(*option));
+    for (const CLI::Option* option : app_->get_options()) table->push_back(row_of(*option));
     return false;
   }
-  app_.set_help_flag("-h,--help", "Print this help and exit")->group("Run");
-  app_.set_version_flag("--version", fmt::format("isopach {}", version), "Print the version and exit")->group("Run");
-  app_.set_config("--config", "", "Read options from FILE: lines 'name = value', # for comments; the command line wins")
+  app_->set_help_flag("-h,--help", "Print this help and exit")->group("Run");
+  app_->set_version_flag("--version", fmt::format("isopach {}", version), "Print the version and exit")->group("Run");
+  app_->set_config("--config", "",
+                   "Read options from FILE: lines 'name = value', # for comments; the command line wins")
       ->type_name("FILE")
       ->group("Run");
-  refuse_empty_names(app_, arguments);
+  refuse_empty_names(*app_, arguments);
   session().words.clear(), session().scan_words.clear();
   Arguments reversed(arguments.rbegin(), arguments.rend());
   try {
-    app_.parse(reversed);
-    for (const CLI::Option* option : app_.get_options()) {
+    app_->parse(reversed);
+    for (const CLI::Option* option : app_->get_options()) {
       const auto& words = option->results();
       Session& s = session();
       if (!option->check_lname("output")) s.words.insert(s.words.end(), words.begin(), words.end());
@@ -353,13 +368,13 @@ bool Command::parse(const Arguments& arguments) {
     }
     return true;
   } catch (const CLI::CallForHelp&) {
-    fmt::print("{}", app_.help());
+    fmt::print("{}", app_->help());
   } catch (const CLI::CallForVersion& message) {
     fmt::print("{}\n", message.what());
   } catch (const CLI::ParseError& error) {
     const std::string unknown = unknown_word();
     if (!unknown.empty()) throw UsageError(unknown);
-    const std::string text = plain_words(error, app_.get_config_ptr()->as<std::string>());
+    const std::string text = plain_words(error, app_->get_config_ptr()->as<std::string>());
     throw UsageError(session().shell ? fmt::format("{}; see isopach {} --help", text, verb_) : text);
   }
   return false;
@@ -398,10 +413,9 @@ int threads_of(int asked) {
 
 void add_run_options(Command& command, RunOptions& options) {
   command.heading("Run");
-  command
-      .option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
-      ->check(whole_number(0, 4096))
-      ->capture_default_str();
+  command.option("--threads", "N", options.threads, "Most threads; 0 takes all cores. The result does not depend on it")
+      .check(whole_number(0, 4096))
+      .show_default();
   command.option_with(
       "--max-input", "SIZE", [](const std::string& text) { set_max_input(parse_size(text, "--max-input")); },
       "Most bytes of one input file, or of what comes through a pipe: a number, or one with k, M, G or T (default half "
@@ -420,8 +434,8 @@ void add_run_options(Command& command, RunOptions& options) {
 
 void add_seed(Command& command, std::uint64_t& seed) {
   command.option("--seed", "N", seed, "Seed of the random numbers: the same seed gives the same bits")
-      ->check(whole_number(0))
-      ->capture_default_str();
+      .check(whole_number(0))
+      .show_default();
 }
 
 Run::Run(const RunOptions& options, std::uint64_t seed)

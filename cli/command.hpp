@@ -1,9 +1,9 @@
 // What all verbs share: the look of their help, the options of every run, --config files, and one-line usage errors.
 #pragma once
-#include <CLI/CLI.hpp>
 #include <cstdint>
 #include <functional>
 #include <limits>
+#include <memory>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -13,21 +13,47 @@
 #include "cli/verbs.hpp"
 #include "isopach/base/context.hpp"
 
+namespace CLI {
+class App;
+class Option;
+}  // namespace CLI
+
 namespace isopach::cli {
 
 /// " (did you mean 'x'?)" for the nearest name, or nothing if none is near.
 [[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
 
-/// Checks of an option's text; each says in one line what it wants.
-[[nodiscard]] CLI::Validator whole_number(std::uint64_t least,
-                                          std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
-[[nodiscard]] CLI::Validator share();  ///< a number from 0 to 1
-[[nodiscard]] CLI::Validator not_negative();
-[[nodiscard]] CLI::Validator positive();
-[[nodiscard]] CLI::Validator not_empty();
+/// A check of an option's text: what is wrong with it in one line, or nothing.
+using Check = std::function<std::string(const std::string& text)>;
 
-/// A verb's parser. Options declared here appear in its --help and may stand in its --config file. What CLI11 compiles
-/// for an option is compiled once, in command.cpp, for the types of values named there.
+[[nodiscard]] Check whole_number(std::uint64_t least, std::uint64_t most = std::numeric_limits<std::uint64_t>::max());
+[[nodiscard]] Check share();  ///< a number from 0 to 1
+[[nodiscard]] Check not_negative();
+[[nodiscard]] Check positive();
+[[nodiscard]] Check not_empty();
+
+/// An option of a Command, which it belongs to.
+class Option {
+ public:
+  Option() = default;
+  explicit Option(CLI::Option* option) : option_(option) {}
+
+  Option check(const Check& check) const;
+  Option required(bool is) const;
+  /// Called with each text that is given, in the order in which options were declared.
+  Option each(const std::function<void(const std::string& text)>& heard) const;
+  /// The help shows the value that its target has now as the default.
+  Option show_default() const;
+  /// After Command::parse.
+  [[nodiscard]] bool is_given() const;
+
+ private:
+  CLI::Option* option_ = nullptr;
+};
+
+/// A verb's parser. Options declared here appear in its --help and may stand in its --config file. CLI11 is seen by
+/// command.cpp alone, where options are compiled for the types of values named there: it takes the compiler four
+/// seconds.
 class Command {
  public:
   Command(const std::string& verb, const std::string& description, const std::string& footer);
@@ -39,26 +65,26 @@ class Command {
   void heading(const std::string& text) { heading_ = text; }
 
   template <class T>
-  CLI::Option* positional(const std::string& name, T& target, const std::string& description);
+  Option positional(const std::string& name, T& target, const std::string& description);
   template <class T>
-  CLI::Option* option(const std::string& names, const std::string& type, T& target, const std::string& description);
-  CLI::Option* flag(const std::string& names, bool& target, const std::string& description);
+  Option option(const std::string& names, const std::string& type, T& target, const std::string& description);
+  Option flag(const std::string& names, bool& target, const std::string& description);
   /// An option with a few named values; shows them all and the one in `target` as the default.
   template <class E>
-  CLI::Option* choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
-                      const std::string& description);
+  Option choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
+                const std::string& description);
   /// An option whose text `read` turns into a value; what it throws (UsageError, InputError) ends the run.
   template <class T>
-  CLI::Option* parsed(const std::string& names, const std::string& type, T& target, T (*read)(const std::string& text),
-                      const std::string& description) {
+  Option parsed(const std::string& names, const std::string& type, T& target, T (*read)(const std::string& text),
+                const std::string& description) {
     return option_with(
         names, type, [&target, read](const std::string& text) { target = read(text); }, description);
   }
 
   /// The same for an option that sets more than one value.
-  CLI::Option* option_with(const std::string& names, const std::string& type,
-                           const std::function<void(const std::string& text)>& read, const std::string& description,
-                           const std::string& default_value = "");
+  Option option_with(const std::string& names, const std::string& type,
+                     const std::function<void(const std::string& text)>& read, const std::string& description,
+                     const std::string& default_value = "");
 
   /// False if --help or --version was asked for and printed. Throws UsageError with one line.
   [[nodiscard]] bool parse(const Arguments& arguments);
@@ -66,13 +92,13 @@ class Command {
  private:
   [[nodiscard]] std::string unknown_word() const;
 
-  CLI::App app_;
+  std::unique_ptr<CLI::App> app_;
   std::string verb_, heading_ = "Options";
 };
 
 template <class E>
-CLI::Option* Command::choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
-                             const std::string& description) {
+Option Command::choice(const std::string& names, E& target, const std::vector<std::pair<std::string, E>>& values,
+                       const std::string& description) {
   std::string type, chosen;
   for (const auto& [name, value] : values) {
     type += (type.empty() ? "" : "|") + name;

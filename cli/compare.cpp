@@ -48,7 +48,7 @@ struct Request {
   AreaPaths area;
   std::vector<std::string> fail_above;
   RegistrationError registration;
-  CLI::Option* model = nullptr;  // --uncertainty-model
+  Option model;  // --uncertainty-model
   bool no_layer_check = false, match = false, visible = false;
   MatchOptions matching;  ///< compare and start are those of the comparison
   Delivery delivery;
@@ -85,12 +85,12 @@ void add_uncertainty_options(Command& command, Request& request) {
       .option("--lod", "L", options.lod,
               "Level of detection: differences up to it count as noise in the thresholded volumes and on the map "
               "(default: from the sigmas)")
-      ->check(positive());
+      .check(positive());
   command
       .option("--confidence", "P", options.confidence,
               "Probability of intervals, and of a level of detection from the sigmas, between 0 and 1")
-      ->check(share())
-      ->capture_default_str();
+      .check(share())
+      .show_default();
   using Model = UncertaintyModel;
   request.model = command.choice<Model>(
       "--uncertainty-model", options.model,
@@ -103,7 +103,7 @@ void add_uncertainty_options(Command& command, Request& request) {
   command
       .option("--correlation-range", "L", options.correlation_range,
               "Distance beyond which the errors of two points of a scan are not correlated, in the unit of x and y")
-      ->check(positive());
+      .check(positive());
   using Shape = CorrelationShape;
   command.choice<Shape>(
       "--correlation", options.correlation,
@@ -120,12 +120,12 @@ void add_currents_options(Command& command, CurrentsOptions& options) {
           "--sigma", "S", options.sigma,
           "Width of the kernel of --measure currents and --objective currents, in the unit of the scans: detail much "
           "smaller than it is not seen (default: five mean edges of the coarser scan)")
-      ->check(positive());
+      .check(positive());
   command
       .option("--currents-error", "SHARE", options.error,
               "Largest error of the sums of --measure currents, as a share of the norms, 1e-11 to 1")
-      ->check(positive())
-      ->capture_default_str();
+      .check(positive())
+      .show_default();
 }
 
 void add_measure_options(Command& command, Request& request) {
@@ -161,7 +161,7 @@ void add_measure_options(Command& command, Request& request) {
       .option("--alpha", "R", options.alpha,
               "Alpha shape: triangles of a scan with a circumradius above this, in the unit of x and y, are no part of "
               "it (default: any)")
-      ->check(positive());
+      .check(positive());
   command.option("--include", "POLYGONS", request.area.include,
                  "Measure inside these polygons alone, cells cut exactly; GeoJSON, GeoPackage, Shapefile, KML or "
                  "FlatGeobuf, in the x and y of "
@@ -171,7 +171,7 @@ void add_measure_options(Command& command, Request& request) {
                  "A row of volumes for each of these polygons; what is measured stays as it is; repeatable");
   command
       .option("--mask", "RASTER", request.area.mask, "Do not measure where a pixel of this raster is 0 or has no data")
-      ->check(not_empty());
+      .check(not_empty());
   command.choice<LocateMethod>(
       "--locate", options.locate,
       {{"order", LocateMethod::order}, {"tree", LocateMethod::tree}, {"interface", LocateMethod::interface}},
@@ -180,8 +180,8 @@ void add_measure_options(Command& command, Request& request) {
   command
       .option("--min-coverage", "SHARE", options.min_coverage,
               "Exit 4 if the scans share less than this part of their area, 0 to 1")
-      ->check(share())
-      ->capture_default_str();
+      .check(share())
+      .show_default();
   add_uncertainty_options(command, request);
   command.flag("--noise-floor", options.noise_floor,
                "Estimate from the scans themselves what two scans of an unchanged surface would show, and the gross "
@@ -196,7 +196,7 @@ void add_measure_options(Command& command, Request& request) {
 
 /// What the matching knows of its pose, where the uncertainty wants that.
 void take_covariance(const PoseCovariance& covariance, const Request& request, UncertaintyOptions& u) {
-  if (request.model->count() == 0 && u.sigma1.kind != SigmaSource::Kind::none) u.model = UncertaintyModel::registration;
+  if (!request.model.is_given() && u.sigma1.kind != SigmaSource::Kind::none) u.model = UncertaintyModel::registration;
   if (u.model != UncertaintyModel::registration || u.registration_error > 0 || u.registration_covariance) return;
   u.registration_covariance = covariance;
   u.registration_source = "match";

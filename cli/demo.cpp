@@ -27,7 +27,7 @@ int run_demo(const Arguments& arguments) {
   Delivery delivery;
   RunOptions run_options;
   Command command("demo", description, footer);
-  command.positional("SCENE", scene_request.name, "One of " + scene_list() + " (default terrain)")->required(false);
+  command.positional("SCENE", scene_request.name, "One of " + scene_list() + " (default terrain)").required(false);
   add_delivery_options(command, delivery, "isopach-demo");
   add_scene_options(command, scene_request);
   add_run_options(command, run_options);

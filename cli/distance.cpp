@@ -83,29 +83,29 @@ void add_measure_options(Command& command, Request& request) {
   command
       .option("--tolerance", "L", options.tolerance,
               "hausdorff: proven to this length (default a millionth of the diagonal of both scans)")
-      ->check(positive());
+      .check(positive());
   command
       .option("--samples", "N", request.samples,
               fmt::format("surface: samples a triangle, on average and at least (default {})", options.samples))
-      ->check(whole_number(1, 1'000'000));
+      .check(whole_number(1, 1'000'000));
   command.heading("M3C2 (Lague, Brodu, Leroux 2013)");
   command
       .option("--normal-scale", "D", options.m3c2.normal_scale,
               "Diameter of the ball in A whose points give the normal")
-      ->check(positive());
+      .check(positive());
   command
       .option("--projection-scale", "d", options.m3c2.projection_scale,
               "Diameter of the cylinder along the normal in which both scans are averaged")
-      ->check(positive());
+      .check(positive());
   command
       .option("--max-depth", "L", options.m3c2.max_depth,
               "How far the cylinder reaches from the core point, to either side")
-      ->check(positive());
+      .check(positive());
   command
       .option("--registration-error", "REG", options.m3c2.registration_error,
               "Of the alignment of A and B, added to the level of detection")
-      ->check(not_negative())
-      ->capture_default_str();
+      .check(not_negative())
+      .show_default();
   command.option("--core-points", "FILE", request.core_points,
                  "Points to measure at, any format (default the points of A)");
 }
@@ -140,10 +140,10 @@ void add_output_options(Command& command, Delivery& delivery) {
       .option("-o,--output", "DIR", delivery.output,
               "Folder for result.json, points_a and points_b with their distances (LAS in: also LAS), core_points of "
               "m3c2; made if it is not there")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
   command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of points_a, points_b and core_points");
 }

@@ -156,7 +156,7 @@ int run_info(const Arguments& arguments) {
   command.positional("FILE", paths, "Files to look at");
   command.heading("Output");
   command.option("--json", "FILE", json_path, "All as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
   command.heading("Scans");
   command.parsed("--direction", "x|y|z|fit|X,Y,Z", project_options.direction, parse_direction,
                  "Direction that duplicates, layers and spacing are seen along (default z)");

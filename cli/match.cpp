@@ -57,12 +57,12 @@ void add_output_options(Command& command, Delivery& delivery) {
       .option("-o,--output", "DIR", delivery.output,
               "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attributes "
               "stable and agreement), agreement.png, before.png and after.png; made if it is not there")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
   command.option("--pose-out", "FILE", delivery.pose_out, "The pose alone: four lines of four numbers")
-      ->check(not_empty());
+      .check(not_empty());
   command.flag("--no-map", delivery.no_map,
                "No agreement.png, before.png and after.png, and no pictures in the report");
 }
@@ -231,7 +231,7 @@ void add_match_options(Command& command, MatchOptions& options) {
                {"currents", Objective::currents}},
               "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
               "the point or to the plane at it, or the distance of the surfaces as currents")
-      ->each([&options](const std::string& objective) {  // before --max-iterations is looked at, which wins
+      .each([&options](const std::string& objective) {  // before --max-iterations is looked at, which wins
         if (objective == "icp-point") options.max_iterations = most_steps_of_points;
       });
   command.flag("--coarse", options.coarse,
@@ -245,13 +245,13 @@ void add_match_options(Command& command, MatchOptions& options) {
   command
       .option("--max-iterations", "N", options.max_iterations,
               "Most steps of the search on all points; icp-point, whose steps are many and small, has 500 by default")
-      ->check(whole_number(1, 100000))
-      ->capture_default_str();
+      .check(whole_number(1, 100000))
+      .show_default();
   command
       .option("--tolerance", "SHARE", options.tolerance,
               "The search has converged when a step moves the scan by less than this share of its extent (default "
               "1e-8, or where a step is negligible against the effect of noise on the pose)")
-      ->check(positive());
+      .check(positive());
   add_accept_doubt(command, options.accept_doubt);
 }
 
@@ -306,7 +306,7 @@ int run_match(const Arguments& arguments) {
       .option("--sigma", "S", request.options.sigma,
               "Width of the kernel of --objective currents, in the unit of the scans (default: five mean edges of the "
               "coarser scan)")
-      ->check(positive());
+      .check(positive());
   add_pair_options(command, request.options.icp);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;

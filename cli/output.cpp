@@ -36,23 +36,21 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
   command.choice<std::string>("--palette", map.palette, names, "Diverging colours of the map");
   command.flag("--flip-palette", map.flip, "Swap the two ends of the palette");
   command.option("--title", "TEXT", map.title, title);
-  command.option("--map-width", "PIXELS", map.width, "Width of the map")
-      ->check(whole_number(400, 16000))
-      ->capture_default_str();
+  command.option("--map-width", "PIXELS", map.width, "Width of the map").check(whole_number(400, 16000)).show_default();
 }
 
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
   command.heading("Output");
   delivery.output = default_folder;
-  CLI::Option* output = command.option(
+  const Option output = command.option(
       "-o,--output", "DIR", delivery.output,
       "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
       "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
-  output->check(not_empty());
-  if (!default_folder.empty()) output->capture_default_str();
+  output.check(not_empty());
+  if (!default_folder.empty()) output.show_default();
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
   add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");

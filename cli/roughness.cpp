@@ -57,27 +57,27 @@ void add_removal_options(Command& command, Request& request) {
   command
       .option("--degree", "N", request.degree,
               fmt::format("Of the polynomial, 1 to {} (default {})", most_form_degree, o.degree))
-      ->check(whole_number(1, most_form_degree));
+      .check(whole_number(1, most_form_degree));
   command
       .option("--reference", "FILE", request.reference, "Scan or mesh whose heights are the form, in place or --match")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option("--s-filter", "L", o.s_filter,
               "Cut-off of the S-filter: waves shorter than this, and noise, are removed, in the unit of x and y "
               "(default: none)")
-      ->check(positive());
+      .check(positive());
   command
       .option("--l-filter", "L", o.l_filter,
               "Cut-off of the L-filter: waviness, waves longer than this, is removed (default: none)")
-      ->check(positive());
+      .check(positive());
   command.choice<MeanFilter>(
       "--filter", o.filter, {{"gaussian", MeanFilter::gaussian}, {"robust", MeanFilter::robust}},
       "Of the waviness; gaussian: ISO 16610-61; robust: not drawn by deep valleys, ISO 16610-71");
   command
       .option("--filter-degree", "0|1", o.filter_degree,
               "Filters near the rim; 0: weights are normalised; 1: planes stay planes, too")
-      ->check(whole_number(0, 1))
-      ->capture_default_str();
+      .check(whole_number(0, 1))
+      .show_default();
 }
 
 void add_measure_options(Command& command, Request& request) {
@@ -86,18 +86,18 @@ void add_measure_options(Command& command, Request& request) {
   command
       .option("--margin", "L", request.margin,
               "Not evaluated: what is nearer than this to the rim of the scan (default: half of --l-filter)")
-      ->check(not_negative());
+      .check(not_negative());
   command.choice<Interpolation>("--interpolation", o.interpolation,
                                 {{"cubic", Interpolation::cubic}, {"linear", Interpolation::linear}},
                                 "Of the surface between its points; cubic: smooth; linear: plane triangles");
   command
       .option("--wrinkle-depth", "D", o.wrinkles.depth,
               "Wrinkles are deeper than this under the robust mean surface (default: 3 NMAD of the heights over it)")
-      ->check(positive());
+      .check(positive());
   command
       .option("--wrinkle-length", "L", o.wrinkles.length,
               "Wrinkles are longer than this (default: 10 times the spacing of the points)")
-      ->check(positive());
+      .check(positive());
   add_border_options(command, o.compare);
 }
 
@@ -107,15 +107,15 @@ void add_output_options(Command& command, Delivery& delivery) {
       .option("-o,--output", "DIR", delivery.output,
               "Folder for result.json, report.html, roughness.png, wrinkles.png, wrinkles.csv and points (with "
               "waviness, roughness, valley, wrinkle); of AFTER too; made if it is not there")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
   command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of the points");
   command.option("--map-width", "PIXELS", delivery.map.width, "Width of the maps")
-      ->check(whole_number(300, 20000))
-      ->capture_default_str();
+      .check(whole_number(300, 20000))
+      .show_default();
 }
 
 /// An option that would do nothing is a mistake.
@@ -193,7 +193,7 @@ int run_roughness(const Arguments& arguments) {
   command
       .positional("AFTER", request.after,
                   "The same surface afterwards, processed in the same way and compared with SCAN")
-      ->required(false);
+      .required(false);
   add_output_options(command, request.delivery);
   add_removal_options(command, request);
   add_measure_options(command, request);

@@ -90,7 +90,7 @@ int run_scanners(const Arguments& arguments) {
           "--reference-sigma", "S", request.options.reference_sigma,
           "Noise of the reference, one standard deviation, subtracted from that of the scanners (default 0: it is the "
           "truth)")
-      ->check(not_negative());
+      .check(not_negative());
   add_scan_options(
       command, compare.project, request.start, compare.unit,
       "Direction that heights are measured along; fit: normal of the plane fitted to both (default z)",

@@ -41,7 +41,7 @@ void add_border_options(Command& command, BorderRule& border, double& max_edge) 
       .option("--max-edge", "L", max_edge,
               "Triangles of a scan with an edge longer than this, in the unit of x and y, are no part of it (default: "
               "any length)")
-      ->check(positive());
+      .check(positive());
 }
 
 void add_border_options(Command& command, CompareOptions& options) {

@@ -21,15 +21,14 @@ std::string scene_list() {
 void add_scene_options(Command& command, SceneRequest& request) {
   command.heading("Scene");
   command.option("--points", "N", request.points, "Points of each scan, about (default: the scene's own)")
-      ->check(whole_number(1));
-  command.option("--points-b", "N", request.points_b, "Points of scan b (default: as --points)")
-      ->check(whole_number(1));
+      .check(whole_number(1));
+  command.option("--points-b", "N", request.points_b, "Points of scan b (default: as --points)").check(whole_number(1));
   command
       .option("--noise", "SIGMA", request.noise,
               "Standard deviation of the heights, in the unit of the scene (default: its own)")
-      ->check(not_negative());
+      .check(not_negative());
   command.option("--noise-b", "SIGMA", request.noise_b, "The same of scan b (default: as --noise)")
-      ->check(not_negative());
+      .check(not_negative());
   command.option("--variant", "NAME", request.variant, "Variant of the scene; an unknown name lists the known ones");
   add_seed(command, request.seed);
 }

@@ -115,13 +115,13 @@ void add_options(Command& command, Request& request) {
   SequenceOptions& o = request.options;
   command.heading("Sequence");
   command.option("--reference", "N", o.reference, "Frame that angles and ways are relative to, counted from 0")
-      ->check(whole_number(0, 1'000'000'000))
-      ->capture_default_str();
+      .check(whole_number(0, 1'000'000'000))
+      .show_default();
   command.option("--rate", "HZ", o.rate, "Frames a second (default: unknown, times are frame numbers)")
-      ->check(positive());
+      .check(positive());
   command.option("--smooth", "N", o.smooth, "Frames to either side that paths are smoothed over; 0: not")
-      ->check(not_negative())
-      ->capture_default_str();
+      .check(not_negative())
+      .show_default();
   command.parsed("--follow", "X,Y,Z", o.follow, parse_follow,
                  "Point of the moving part to follow, in coordinates of the reference (default: the one farthest from "
                  "the hinge axis)");
@@ -133,13 +133,13 @@ void add_options(Command& command, Request& request) {
   command
       .option("--least-part", "SHARE", o.least_part,
               "Share of the reference's points that the smaller part has at least")
-      ->check(share())
-      ->capture_default_str();
+      .check(share())
+      .show_default();
   command
       .option("--model-points", "N", o.model_points,
               "Points of the reference that parts are found and fitted by, about")
-      ->check(whole_number(500, max_nodes))
-      ->capture_default_str();
+      .check(whole_number(500, max_nodes))
+      .show_default();
 }
 
 void add_output_options(Command& command, Delivery& delivery) {
@@ -148,10 +148,10 @@ void add_output_options(Command& command, Delivery& delivery) {
       .option("-o,--output", "DIR", delivery.output,
               "Folder for report.html, result.json, motion.csv and parts.ply (the reference with part and blend); made "
               "if it is not there")
-      ->check(not_empty());
+      .check(not_empty());
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      ->check(not_empty());
+      .check(not_empty());
 }
 
 }  // namespace

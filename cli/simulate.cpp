@@ -69,14 +69,14 @@ int run_simulate(const Arguments& arguments) {
                          "accuracy (a reconstruction and its reference), scanners (a, b and their reference)");
   command.heading("Output");
   command.option("-o,--output", "DIR", output, "Folder for the scans and truth.json; made if it is not there")
-      ->required(session().shell)
-      ->check(not_empty());
+      .required(session().shell)
+      .check(not_empty());
   command.choice<Format>("--format", format, {{"ply", Format::ply}, {"las", Format::las}, {"xyz", Format::xyz}},
                          "Format of the scans");
   add_scene_options(command, scene_request);
   std::size_t frames = 0;
   command.option("--frames", "N", frames, "chewing: frames of the sequence (default 60)")
-      ->check(whole_number(1, 100000));
+      .check(whole_number(1, 100000));
   add_run_options(command, run_options);
   if (!command.parse(arguments)) return 0;
 

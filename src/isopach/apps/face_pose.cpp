@@ -22,6 +22,7 @@ constexpr std::size_t search_points = 2200, search_neighbours = 12;
 constexpr std::size_t dense_points = 9000, dense_neighbours = 14;
 constexpr std::size_t grid_cells = 44;
 constexpr std::size_t least_points = 200;
+constexpr int rounds = 3;                // seen from the front
 constexpr double size_of_medians = 1.2;  // of the median distance from the median: what lengths are counted in
 
 // The less of the scan is symmetric, the more must it look like a face: a rabbit seen from one side does by half.
@@ -125,6 +126,38 @@ FaceFit settled_on_all(const FaceFit& fit, const Array<Point3>& points) {
   if (near.size() < least_points / 4) return fit;
   const ThinPoints dense = thin_points(near, dense_points, dense_neighbours);
   return judged(settled(fit, dense), dense);
+}
+
+/// What the points say once they are seen from the front: the means that the template and the plane are laid through
+/// would else fall otherwise for every position of the scan, and the plane with them.
+struct Settled {
+  FaceFit fit;
+  FaceSymmetry symmetry;
+};
+
+Point3 seen(const Point3& v, const FaceFit& from) { return {dot(v, from.left()), dot(v, from.up), dot(v, from.front)}; }
+Point3 unseen(const Point3& v, const FaceFit& from) { return v.x * from.left() + v.y * from.up + v.z * from.front; }
+
+Settled settled_from_front(const FaceFit& before_it, const Array<Point3>& points) {
+  FaceFit front = before_it;
+  front.plane = {{1, 0, 0}, 0};
+  front.tip = {0, 0, 0}, front.up = {0, 1, 0}, front.front = {0, 0, 1};
+  Array<Point3> turned(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) turned[i] = seen(points[i] - before_it.tip, before_it);
+  const FaceFit found = settled_on_all(front, turned);
+  Settled s{found, face_symmetry(turned, found)};
+  const auto back = [&](FaceFit& fit) {
+    fit.tip = before_it.tip + unseen(fit.tip, before_it);
+    fit.up = unseen(fit.up, before_it), fit.front = unseen(fit.front, before_it);
+  };
+  const auto plane_back = [&](const MirrorPlane& plane) {
+    const Point3 normal = unseen(plane.normal, before_it);
+    return MirrorPlane{normal, plane.offset + dot(normal, before_it.tip)};
+  };
+  back(s.fit);
+  s.fit.plane = plane_back(s.fit.plane);
+  s.symmetry.plane = plane_back(s.symmetry.plane);
+  return s;
 }
 
 FacePose::Refusal reason(const FacePose& pose) {
@@ -240,12 +273,14 @@ FacePose find_face(const CloudView& cloud, const ProjectOptions& project, const 
     if (std::fabs(dot(c.plane.plane.normal, best->plane.plane.normal)) < across_cosine)
       pose.rival_share = std::max(pose.rival_share, c.plane.share);
 
-  const FaceFit roughly = before(first, face_symmetry(s.points, first).plane);
-  const FaceFit fit = settled_on_all(roughly, s.points);
-  pose.likeness = fit.likeness(), pose.covered = fit.covered;
-  const FaceSymmetry symmetry = face_symmetry(s.points, fit);
-  const FaceFit upright = before(fit, symmetry.plane);
-  describe(upright, symmetry, s, frame, pose);
+  FaceFit upright = before(first, face_symmetry(s.points, first).plane);
+  Settled settled;
+  for (int round = 0; round < rounds; ++round) {
+    settled = settled_from_front(upright, s.points);
+    upright = before(settled.fit, settled.symmetry.plane);
+  }
+  pose.likeness = settled.fit.likeness(), pose.covered = settled.fit.covered;
+  describe(upright, settled.symmetry, s, frame, pose);
   pose.refusal = reason(pose);
   if (pose.found()) mark_region(cloud, upright, s, frame, pose);
   return pose;

@@ -22,11 +22,22 @@ struct Place {
   Index point;
 };
 
+/// Sides come in steps of a sixteenth of a power of two: two scans that differ by rounding or by a slight turn get the
+/// same cubes.
+double stepped(double side) {
+  int power = 0;
+  const double part = std::frexp(side, &power);
+  return std::ldexp(std::round(32 * part) / 32, power);
+}
+
+/// Cubes with a corner at the origin.
 Array<Place> in_cubes(std::span<const Point3> points, const Box3& box, double side) {
   Array<Place> places(points.size());
+  const auto below = [&](double v) { return side * std::floor(v / side); };
+  const Point3 corner{below(box.min.x), below(box.min.y), below(box.min.z)};
   for_each_index(points.size(), [&](std::size_t i) {
     const auto along = [&](double d) { return static_cast<std::uint64_t>(d / side); };
-    const Point3 d = points[i] - box.min;
+    const Point3 d = points[i] - corner;
     places[i] = {along(d.x) << 42 | along(d.y) << 21 | along(d.z), static_cast<Index>(i)};
   });
   std::sort(places.begin(), places.end(),
@@ -64,7 +75,11 @@ Array<Point3> thinned(std::span<const Point3> points, std::size_t wanted) {
   double low = diagonal / 0x1p20, high = diagonal, side = diagonal / std::sqrt(target);
   if (!(diagonal > 0)) return all;
   Array<Place> places;
+  double before = 0;
   for (int k = 0; k < most_sides; ++k) {
+    side = stepped(side);
+    if (side == before) break;
+    before = side;
     places = in_cubes(points, box, side);
     const auto count = static_cast<double>(count_cubes(places));
     if (std::fabs(count - target) < close_enough * target) break;

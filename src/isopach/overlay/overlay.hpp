@@ -117,9 +117,9 @@ class Overlay {
   [[nodiscard]] Index first_in_corner(Index outer_triangle, unsigned corner) const;
   [[nodiscard]] Index beside_edge(Index outer_triangle, unsigned corner, HalfEdge edge) const;
   void find_hubs();
-  void find_late();
+  void find_late(const Context& context);
   void spread(const Start& from, Scratch& scratch, std::vector<Start>& next) const;
-  [[nodiscard]] std::vector<Start> at_the_rim() const;
+  [[nodiscard]] std::vector<Start> at_the_rim(const Context& context) const;
   [[nodiscard]] std::vector<Start> without_nodes_inside() const;
 
   bool exchanged_;  // the outer mesh is mesh 2
