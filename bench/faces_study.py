@@ -128,7 +128,8 @@ def angle(a, b):
 
 
 class Tally:
-    def __init__(self):
+    def __init__(self, index=None):
+        self.reference_index = index
         self.runs = self.accepted = self.one = self.two = self.sides = 0
         self.worst_plane = self.worst_front = 0.0
         self.index = []
@@ -149,9 +150,12 @@ class Tally:
         self.index.append(told["index"]["percent"])
 
     def row(self, name):
-        spread = 100 * (max(self.index) / min(self.index) - 1) if self.index and min(self.index) > 0 else float("nan")
+        off = spread = ""
+        if self.index and min(self.index) > 0 and self.reference_index:
+            off = f"{100 * max(abs(i / self.reference_index - 1) for i in self.index):.1f} %"
+            spread = f"{100 * (max(self.index) / min(self.index) - 1):.1f} %"
         return (f"| {name} | {self.runs} | {self.accepted} | {self.one} | {self.two} | {self.sides} | "
-                f"{self.accepted - self.sides} | {self.worst_plane:.2f}° | {self.worst_front:.1f}° | {spread:.1f} % |")
+                f"{self.accepted - self.sides} | {self.worst_plane:.2f}° | {self.worst_front:.1f}° | {off} | {spread} |")
 
 
 def main():
@@ -162,8 +166,9 @@ def main():
     parser.add_argument("--damage-turns", type=int, default=5)
     options = parser.parse_args()
     rng = np.random.default_rng(13)
-    print("| scan | runs | accepted | plane < 1° | < 2° | up, R and L right | wrong | worst plane | worst front | index, spread |")
-    print("|---|---|---|---|---|---|---|---|---|---|")
+    print("| scan | runs | accepted | plane < 1° | < 2° | up, R and L right | wrong | worst plane | worst front | "
+          "index, farthest from that as it lies | its spread |")
+    print("|---|---|---|---|---|---|---|---|---|---|---|")
     with tempfile.TemporaryDirectory() as folder:
         scratch = Path(folder)
         damages = {kind: Tally() for kind in DAMAGES}
@@ -181,7 +186,7 @@ def main():
             if angle(reference["up"], np.array(up, float)) > 25 or angle(reference["left"], np.array(left, float)) > 25:
                 print(f"| {name} | WRONG as it lies |")
                 continue
-            tally = Tally()
+            tally = Tally(told["index"]["percent"])
             for _ in range(options.turns):
                 turn = any_turn(rng)
                 shift = rng.normal(size=3) * np.ptp(points)
@@ -197,7 +202,6 @@ def main():
                     scan = damaged(kind, points, frame, pose["width"], rng)
                     tally.add(run(options.program, scan @ turn.T, scratch), turn, reference)
         for kind, tally in damages.items():
-            tally.index = []  # of different faces
             print(tally.row(kind), flush=True)
         for name, points in non_faces(options.program, options.shared, scratch):
             accepted = sum(run(options.program, points @ any_turn(rng).T, scratch) is not None

@@ -56,6 +56,24 @@ TEST(FacePose, RandomTurnsOfAFace) {
   expect_same_in_any_pose(cloud, {1, 0, 0}, p.up, 200);
 }
 
+// The means that the template is laid through are taken as seen from the front: turning the scan does not sort its
+// points into other cubes.
+TEST(FacePose, TurningAScanHardlyMovesItsPlane) {
+  test::FaceScan scan;
+  const Cloud cloud = test::mean_face_scan(scan);
+  const FacePose p = found(cloud);
+  ASSERT_TRUE(p.found()) << refusal_sentence(p);
+  for (int k = 0; k < 3; ++k) {
+    SCOPED_TRACE(k);
+    const Pose pose = any_pose(k, 200);
+    const FacePose q = found(test::posed(cloud, pose));
+    ASSERT_TRUE(q.found()) << refusal_sentence(q);
+    EXPECT_LT(degrees(q.left, turned(pose, p.left)), 0.05);
+    EXPECT_LT(degrees(q.front, turned(pose, p.front)), 0.05);
+    EXPECT_NEAR(q.width, p.width, 1e-3 * p.width);
+  }
+}
+
 TEST(FacePose, TheMeanFaceIsLikeItself) {
   Cloud cloud;
   for (double x = -.48; x < .49; x += .012)
