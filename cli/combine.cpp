@@ -60,15 +60,10 @@ void add_options(Command& command, Request& request) {
 }
 
 void add_output_options(Command& command, Delivery& delivery) {
-  command.heading("Output");
-  command
-      .option("-o,--output", "DIR", delivery.output,
-              "Folder for combined.ply (with the attribute part: 0 face, 1 jaw, 2 and 3 the object in them), pose.txt, "
-              "result.json and report.html; made if it is not there")
-      .check(not_empty());
-  command
-      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      .check(not_empty());
+  add_result_options(
+      command, delivery,
+      "Folder for combined.ply (with the attribute part: 0 face, 1 jaw, 2 and 3 the object in them), pose.txt, "
+      "result.json and report.html; made if it is not there");
 }
 
 }  // namespace

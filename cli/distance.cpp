@@ -135,15 +135,10 @@ void check_use(const Request& request) {
 }
 
 void add_output_options(Command& command, Delivery& delivery) {
-  command.heading("Output");
-  command
-      .option("-o,--output", "DIR", delivery.output,
-              "Folder for result.json, points_a and points_b with their distances (LAS in: also LAS), core_points of "
-              "m3c2; made if it is not there")
-      .check(not_empty());
-  command
-      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      .check(not_empty());
+  add_result_options(
+      command, delivery,
+      "Folder for result.json, points_a and points_b with their distances (LAS in: also LAS), core_points of "
+      "m3c2; made if it is not there");
   command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of points_a, points_b and core_points");
 }

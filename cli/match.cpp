@@ -52,15 +52,10 @@ struct Request {
 };
 
 void add_output_options(Command& command, Delivery& delivery) {
-  command.heading("Output");
-  command
-      .option("-o,--output", "DIR", delivery.output,
-              "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attributes "
-              "stable and agreement), agreement.png, before.png and after.png; made if it is not there")
-      .check(not_empty());
-  command
-      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      .check(not_empty());
+  add_result_options(
+      command, delivery,
+      "Folder for result.json, report.html, pose.txt, moved.ply (MOVING in its new place, with the attributes "
+      "stable and agreement), agreement.png, before.png and after.png; made if it is not there");
   command.option("--pose-out", "FILE", delivery.pose_out, "The pose alone: four lines of four numbers")
       .check(not_empty());
   command.flag("--no-map", delivery.no_map,

@@ -39,18 +39,22 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
   command.option("--map-width", "PIXELS", map.width, "Width of the map").check(whole_number(400, 16000)).show_default();
 }
 
-void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
+Option add_result_options(Command& command, Delivery& delivery, const std::string& files) {
   command.heading("Output");
-  delivery.output = default_folder;
-  const Option output = command.option(
-      "-o,--output", "DIR", delivery.output,
-      "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
-      "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
-  output.check(not_empty());
-  if (!default_folder.empty()) output.show_default();
+  const Option folder = command.option("-o,--output", "DIR", delivery.output, files).check(not_empty());
   command
       .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       .check(not_empty());
+  return folder;
+}
+
+void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
+  delivery.output = default_folder;
+  const Option folder = add_result_options(
+      command, delivery,
+      "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
+      "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
+  if (!default_folder.empty()) folder.show_default();
   add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");

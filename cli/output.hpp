@@ -79,6 +79,8 @@ struct Delivery {
 /// --palette, --flip-palette, --title and --map-width. `title`: help of --title.
 void add_map_options(Command& command, MapOptions& map, const std::string& title);
 
+/// --output and --json, under the heading of the output. `files`: what the help says of the folder.
+Option add_result_options(Command& command, Delivery& delivery, const std::string& files);
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder);
 
 /// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here. `matched`:

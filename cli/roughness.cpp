@@ -102,15 +102,9 @@ void add_measure_options(Command& command, Request& request) {
 }
 
 void add_output_options(Command& command, Delivery& delivery) {
-  command.heading("Output");
-  command
-      .option("-o,--output", "DIR", delivery.output,
-              "Folder for result.json, report.html, roughness.png, wrinkles.png, wrinkles.csv and points (with "
-              "waviness, roughness, valley, wrinkle); of AFTER too; made if it is not there")
-      .check(not_empty());
-  command
-      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      .check(not_empty());
+  add_result_options(command, delivery,
+                     "Folder for result.json, report.html, roughness.png, wrinkles.png, wrinkles.csv and points (with "
+                     "waviness, roughness, valley, wrinkle); of AFTER too; made if it is not there");
   command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of the points");
   command.option("--map-width", "PIXELS", delivery.map.width, "Width of the maps")

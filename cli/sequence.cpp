@@ -143,15 +143,10 @@ void add_options(Command& command, Request& request) {
 }
 
 void add_output_options(Command& command, Delivery& delivery) {
-  command.heading("Output");
-  command
-      .option("-o,--output", "DIR", delivery.output,
-              "Folder for report.html, result.json, motion.csv and parts.ply (the reference with part and blend); made "
-              "if it is not there")
-      .check(not_empty());
-  command
-      .option("--json", "FILE", delivery.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
-      .check(not_empty());
+  add_result_options(
+      command, delivery,
+      "Folder for report.html, result.json, motion.csv and parts.ply (the reference with part and blend); made "
+      "if it is not there");
 }
 
 }  // namespace
