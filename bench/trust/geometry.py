@@ -79,7 +79,8 @@ def common(moving, fixed, tolerance=0.0):
 
 def cut(moving, fixed, share, random):
     """Both scans without what lies beyond two parallel planes, so that of scans of the same area `share` is left in
-    common. The planes stand on one of the two long axes or between them."""
+    common. The planes stand on one of the two long axes or between them. Scans that do not lie in one place, in other
+    units for instance, of which nothing would be left, stay whole."""
     if share >= 1:
         return moving, fixed
     middle = fixed.mean(axis=0)
@@ -92,7 +93,8 @@ def cut(moving, fixed, share, random):
     if share <= 0:
         gap = 0.02 * (b.max() - b.min())
         low, high = low + gap, high - gap
-    return moving[a >= low], fixed[b <= high]
+    left_of_moving, left_of_fixed = moving[a >= low], fixed[b <= high]
+    return (left_of_moving, left_of_fixed) if len(left_of_moving) and len(left_of_fixed) else (moving, fixed)
 
 
 # --- surfaces ----------------------------------------------------------------------------------------------------------
