@@ -39,9 +39,11 @@ OverOverlay measure_overlay(const Pair& pair, const stages::AreaOfInterest& area
 
 /// Measures over T, or what is known of it where they are over the overlay.
 void measure_common(const stages::AreaOfInterest& area, const stages::Borders& borders,
-                    const stages::SmoothSurfaces& smooth, Comparison& c, const Context& context) {
+                    const stages::SmoothSurfaces& smooth, const SumBounds& bounds, Comparison& c,
+                    const Context& context) {
   area.cut_cells(c, context);
-  const CellView cells = c.cells.view();
+  CellView cells = c.cells.view();
+  cells.bounds = bounds;
   if (c.options.surface != Surface::overlay) {
     c.measures = measure(cells, context, c.options.percentiles);
     area.fill_budget(c, context);
@@ -114,7 +116,7 @@ Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const Compare
   if (!noise.asked()) common.nodes = {};
 
   clock.start("measure");  // 6. equation (7), cell by cell
-  measure_common(area, borders, smooth, c, context);
+  measure_common(area, borders, smooth, common.bounds, c, context);
   noise.describe(common.nodes, over_overlay.noise, c);
   weighting.describe(weight_at_nodes, over_overlay.weighted, c);
   if (options.noise_floor) c.noise_floor = noise_floor(c.cells.view(), unchanged_at_nodes, c.measures.volume, context);

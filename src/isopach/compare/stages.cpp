@@ -75,21 +75,33 @@ std::vector<Index> border_slivers(const CellView& cells) {
   const std::size_t n = cells.t.real;
   constexpr std::size_t enough = 20000;
   const Index step = static_cast<Index>(n / enough + 1);
-  std::vector<double> sample;  // of cells by their first node, not by their number, which depends on how T was made
-  for (std::size_t i = 0; i < n; ++i)
-    if (cells.in_domain[i] != 0 && cells.corners(i)[0] % step == 0) sample.push_back(longest_edge2(cells, i));
+  const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
+  // Of cells by their first node, not by their number, which depends on how T was made.
+  auto sample = gather_blocks<std::vector<double>>(n, default_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> some;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& v = cells.t.triangles[i].v;
+      if (std::min({v[0], v[1], v[2]}) % step == 0 && cells.in_domain[i] != 0) some.push_back(longest_edge2(cells, i));
+    }
+    return some;
+  });
   if (sample.empty()) return {};
   const double limit = median(sample) * sliver_length * sliver_length;
-  const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
+  // Cells at the rim, seen from what lies beyond it.
+  const std::size_t all = cells.t.triangles.size();
+  auto slivers = gather_blocks<std::vector<Index>>(all, default_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<Index> some;
+    for (auto i = static_cast<Index>(begin); i < end; ++i) {
+      if (in_domain(i)) continue;
+      for (const HalfEdge h : cells.t.triangles[i].n)
+        if (const Index t = triangle_of(h); in_domain(t) && longest_edge2(cells, t) > limit) some.push_back(t);
+    }
+    return some;
+  });
+  std::sort(slivers.begin(), slivers.end());
+  slivers.erase(std::unique(slivers.begin(), slivers.end()), slivers.end());
   std::vector<bool> seen(n, false);
-  std::vector<Index> slivers;
-  for (Index i = 0; i < n; ++i) {
-    if (!in_domain(i) || seen[i] || longest_edge2(cells, i) <= limit) continue;
-    const auto& sides = cells.t.triangles[i].n;
-    if (std::all_of(sides.begin(), sides.end(), [&](HalfEdge h) { return in_domain(triangle_of(h)); })) continue;
-    seen[i] = true;
-    slivers.push_back(i);
-  }
+  for (const Index i : slivers) seen[i] = true;
   for (std::size_t next = 0; next < slivers.size(); ++next)
     for (const HalfEdge h : cells.t.triangles[slivers[next]].n) {
       const Index t = triangle_of(h);

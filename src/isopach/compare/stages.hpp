@@ -55,6 +55,7 @@ void describe_meshes(const Pair& pair, Comparison& c);
 struct Common {
   UnitedNodes nodes;
   Triangulation t;
+  SumBounds bounds{};  ///< of the cells, once they are made
 };
 /// The nodes of each scan in the other, by `method`. By interface T is made on the way, and returned; otherwise nothing
 /// is.
