@@ -163,10 +163,12 @@ double area_of_both_footprints(const Borders& borders, const Comparison& c) {
   return borders.kept_area - (c.domain_area + left_out(c).area);
 }
 
+CurveNodes nodes_of(const Scan& s) { return {s.field.xy, s.field.keys}; }
+
 // Without locations.
 Common from_scratch(const Pair& pair, const Context& context) {
   Common common;
-  common.nodes = unite(pair.scan[0].field.xy, pair.scan[1].field.xy, pair.frame.curve);
+  common.nodes = unite(nodes_of(pair.scan[0]), nodes_of(pair.scan[1]));
   common.t = triangulate(common.nodes.xy, pair.frame.curve, context);
   return common;
 }
@@ -335,7 +337,8 @@ Common unite_meshes(Pair& pair, Common so_far, LocateMethod method, bool keep_me
   Scan &a = pair.scan[0], &b = pair.scan[1];
   for (Scan& s : pair.scan) Array<Index>().swap(s.field.node_of_point);  // what nobody asks for, before more is taken
   if (method != LocateMethod::interface) {
-    common.nodes = unite(a.field.xy, b.field.xy, pair.frame.curve);
+    common.nodes = unite(nodes_of(a), nodes_of(b));
+    for (Scan& s : pair.scan) Array<std::uint64_t>().swap(s.field.keys);
     const auto make = method == LocateMethod::tree ? merge : triangulate_union;
     common.t = make({keep_meshes ? a.t : std::move(a.t), a.field.xy, &pair.seen[0].at},
                     {keep_meshes ? b.t : std::move(b.t), b.field.xy, &pair.seen[1].at}, common.nodes, pair.frame.curve,

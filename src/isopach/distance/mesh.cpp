@@ -11,7 +11,7 @@ namespace {
 Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightField& field, const MeshBorder& border,
                    const Context& context) {
   Mesh mesh;
-  const Triangulation t = triangulate(field.xy, frame.curve, context);
+  const Triangulation t = triangulate(field.xy, field.keys, context);
   mesh.points.resize(field.xy.size());
   for_each_index(mesh.points.size(), [&](std::size_t i) {
     mesh.points[i] = {field.xy[i].x, field.xy[i].y, field.z[i]};
