@@ -209,6 +209,22 @@ TEST(Folds, EqualTheDefinitionRoundHubs) {
 
 Points in_square(std::size_t n, std::uint64_t seed) { return uniform(n, seed); }
 
+// More triangles than one block of the pass that chooses the nodes to be looked at: nine patches of two layers.
+TEST(Folds, EqualTheDefinitionAcrossBlocks) {
+  for (const double rim : {0.0, 0.3})  // without and with a hole
+    expect_twin(scan_of(
+                    [&] {
+                      Points points = in_square(rim > 0 ? 4000 : 3000, 8);
+                      std::erase_if(points, [&](const Point2& p) { return std::hypot(p.x - 0.5, p.y - 0.5) < rim; });
+                      return points;
+                    }(),
+                    [](const Point2& p, Random& r) {
+                      const bool in_patch = std::hypot(std::fmod(3 * p.x, 1) - 0.5, std::fmod(3 * p.y, 1) - 0.5) < 0.2;
+                      return p.x + (in_patch && r.uniform() < 0.5 ? 0.2 : 0) + 0.0005 * r.bell();
+                    }),
+                "patches");
+}
+
 TEST(Folds, TwoSheetsAreFoldedAllOver) {
   for (const double share : {0.5, 0.3})
     EXPECT_GT(scan_of(in_square(20000, 1),
