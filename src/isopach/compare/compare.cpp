@@ -124,6 +124,25 @@ Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const Compare
   return c;
 }
 
+/// Whether a comparison takes less time than other threads need to wake up.
+bool is_short(const CloudView& a, const CloudView& b, const CompareOptions& o) {
+  constexpr std::size_t few_points = 10000;
+  return a.points.size() + b.points.size() < few_points && o.surface == Surface::common && !o.noise_floor &&
+         o.measure != MeasureKind::currents && o.weight.kind == WeightSource::Kind::none &&
+         o.uncertainty.model == UncertaintyModel::none;
+}
+
+Comparison run_on_threads(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context,
+                          Pair* scans) {
+  Comparison result;
+  const auto work = [&] { result = run(a, b, options, context, scans); };
+  if (is_short(a, b, options))
+    run_alone(work);
+  else
+    run_with_threads(context.threads, work);
+  return result;
+}
+
 }  // namespace
 
 void check(const CompareOptions& options) {
@@ -134,16 +153,12 @@ void check(const CompareOptions& options) {
 }
 
 Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context) {
-  Comparison result;
-  run_with_threads(context.threads, [&] { result = run(a, b, options, context, nullptr); });
-  return result;
+  return run_on_threads(a, b, options, context, nullptr);
 }
 
 Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context,
                    Pair& scans) {
-  Comparison result;
-  run_with_threads(context.threads, [&] { result = run(a, b, options, context, &scans); });
-  return result;
+  return run_on_threads(a, b, options, context, &scans);
 }
 
 }  // namespace isopach

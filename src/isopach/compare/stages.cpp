@@ -417,18 +417,46 @@ void find_footprints(Pair& pair, const CompareOptions& options, const Context& c
   });
 }
 
+namespace {
+
+/// By node of scan k: whether its points have a difference.
+Array<unsigned char> compared_nodes(const Pair& pair, const Borders& borders, std::size_t k) {
+  const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
+  Array<unsigned char> compared(pair.scan[k].field.xy.size());
+  for_each_index(compared.size(), [&](std::size_t i) {
+    const auto node = static_cast<Index>(i);
+    const bool in_fold = borders.left_out && own.side[node] != Side::outside &&  // with all of its triangles
+                         (*borders.single)[k].own.side[node] == Side::outside;
+    compared[i] = in_other.covers(node) && !in_fold ? 1 : 0;
+  });
+  return compared;
+}
+
+std::size_t count_points(const HeightField& field, const Array<unsigned char>& of_node) {
+  return reduce_blocks<std::size_t>(
+      field.node_of_point.size(), default_block,
+      [&](std::size_t begin, std::size_t end) {
+        std::size_t count = 0;
+        for (std::size_t i = begin; i < end; ++i)
+          count += field.node_of_point[i] != no_index && of_node[field.node_of_point[i]] != 0 ? 1 : 0;
+        return count;
+      },
+      [](std::size_t& total, std::size_t count) { total += count; });
+}
+
+}  // namespace
+
 void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, const Borders& borders,
                      Comparison& c) {
   const auto describe = [&](std::size_t k, const CloudView& cloud, const Pose& pose, PointFields& f) {
-    const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
-    const auto in_fold = [&](Index node) {  // a node with all of its triangles in folds
-      return borders.left_out && own.side[node] != Side::outside &&
-             (*borders.single)[k].own.side[node] == Side::outside;
-    };
+    const HeightField& field = pair.scan[k].field;
+    const Array<unsigned char> compared = compared_nodes(pair, borders, k);
+    c.compared_points[k] = count_points(field, compared);
+    if (!c.options.keep_points) return;
     f.dz_signed.resize(cloud.points.size());
     for_each_index(cloud.points.size(), [&](std::size_t i) {
-      const Index node = pair.scan[k].field.node_of_point[i];
-      if (node == no_index || !in_other.covers(node) || in_fold(node)) {
+      const Index node = field.node_of_point[i];
+      if (node == no_index || compared[node] == 0) {
         f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
         return;
       }
