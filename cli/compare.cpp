@@ -253,8 +253,8 @@ std::shared_ptr<const Matching> match_first(const CloudView& a, const CloudView&
 }
 
 /// Of scans that were not matched: B that lies off A as a whole.
-void hint_at_matching(Comparison& c) {
-  const std::optional<Displacement> found = plain_displacement(c);
+void hint_at_matching(Comparison& c, const Context& context) {
+  const std::optional<Displacement> found = plain_displacement(c, context);
   if (!found) return;
   const auto length = [&](double v, int digits = 2) {
     return number(v, Typography::plain, digits) + " " + measured_unit(c, 1);
@@ -329,6 +329,7 @@ int run_compare(const Arguments& arguments) {
 
   request.options.keep_overlay = (folder != nullptr || !session().shell) && !request.delivery.no_cells &&
                                  request.options.surface != Surface::common;
+  request.options.keep_points = (folder != nullptr || !session().shell) && !request.delivery.no_points;
   Stopwatch watch;
   ReadOptions wanted = read_options(request.options.project);
   wanted.faces = request.visible || request.match;  // a nominal mesh is told by its faces
@@ -353,7 +354,7 @@ int run_compare(const Arguments& arguments) {
   Comparison& comparison = answer->comparison;
   comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
-  if (!request.match) hint_at_matching(comparison);
+  if (!request.match) hint_at_matching(comparison, run.context());
   add_read_time(comparison.timing, read_s);
   return finish(std::move(answer), request.delivery, folder.get(), run);
 }

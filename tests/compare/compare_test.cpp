@@ -154,6 +154,21 @@ TEST(Compare, DropsPointsThatAreNoNumbersAndMarksTheirFields) {
   EXPECT_EQ(c.fields_a.dz_signed[0], 1);
 }
 
+TEST(Compare, CountsThePointsThatAreComparedWhetherTheirFieldsAreKeptOrNot) {
+  const Cloud a = rough_cloud(framed_square(300, 183), 184), b = shifted(a, {0.5, 0, 0});
+  CompareOptions options;
+  const Comparison kept = compare_plain(a, b, options);
+  options.keep_points = false;
+  const Comparison c = compare_plain(a, b, options);
+  EXPECT_TRUE(c.fields_a.dz_signed.empty() && c.fields_b.dz_signed.empty());
+  EXPECT_EQ(c.compared_points, kept.compared_points);
+  for (const auto& [fields, count] :
+       {std::pair{&kept.fields_a, c.compared_points[0]}, std::pair{&kept.fields_b, c.compared_points[1]}})
+    EXPECT_EQ(std::count_if(fields->dz_signed.begin(), fields->dz_signed.end(), [](double d) { return d == d; }),
+              static_cast<std::ptrdiff_t>(count));
+  EXPECT_EQ(c.measures.rho, kept.measures.rho);
+}
+
 TEST(Compare, FieldsAreNotANumberOutsideTheOtherScan) {
   const Cloud a = rough_cloud(framed_square(300, 183), 184);
   const Comparison c = compare_plain(a, shifted(a, {0.5, 0, 0}));

@@ -154,6 +154,16 @@ TEST(Detail, SharesNodesOnEdgesAndNodesEqually) {
   }
 }
 
+// Areas at a node that no two doubles hold the sum of.
+TEST(Detail, AddsAreasThatAreOrdersOfMagnitudeApart) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    Points fine = framed_square(30, seed);
+    for (const Point2& p : uniform(60, 50 + seed)) fine.push_back({0.5 + 1e-9 * p.x, 0.5 + 1e-9 * p.y});
+    expect_as_defined({framed_square(12, 90 + seed), fine, seed, 0}, false);
+    expect_as_defined({fine, framed_square(12, 90 + seed), seed, 0.1}, false);
+  }
+}
+
 TEST(Detail, HasNoValueWhereNothingIsShared) {
   Points far;
   for (const Point2& p : uniform(30, 2)) far.push_back({p.x + 5, p.y});

@@ -6,6 +6,7 @@
 #include "isopach/delaunay/validate.hpp"
 #include "tests/support/mesh.hpp"
 #include "tests/support/points.hpp"
+#include "tests/support/random.hpp"
 
 namespace isopach::test {
 namespace {
@@ -43,6 +44,34 @@ TEST_P(UniteFamilies, IsTheUnionInCurveOrder) {
     EXPECT_EQ(of_1, g1.size());
     EXPECT_EQ(of_2, g2.size());
     EXPECT_EQ(validate(triangulate(g.xy, box, {}), g.xy).value_or("valid"), "valid");
+  }
+}
+
+TEST(Unite, OfManyNodesIsThatOfOneAfterTheOther) {  // parts, with shared nodes in and between them
+  const CurveBox box = curve_box({{0, 0}, {1, 1}});
+  const Points all = in_order(distinct(uniform(200000, 5)), box);
+  Random random(6);
+  for (const auto& one_in : {std::array<std::size_t, 2>{3, 5}, {1, 1}, {2, 2}, {1, 50}, {50, 1}}) {
+    std::array<Points, 2> g;
+    std::vector<std::array<Index, 2>> expected;
+    Points places;
+    for (const Point2& p : all) {
+      std::array<Index, 2> ids{no_index, no_index};
+      for (std::size_t k = 0; k < 2; ++k) {
+        if (random.below(one_in[k]) != 0) continue;
+        ids[k] = static_cast<Index>(g[k].size());
+        g[k].push_back(p);
+      }
+      if (ids[0] == no_index && ids[1] == no_index) continue;
+      expected.push_back(ids);
+      places.push_back(p);
+    }
+    const UnitedNodes found = unite(g[0], g[1], box);
+    ASSERT_EQ(Points(found.xy.begin(), found.xy.end()), places);
+    ASSERT_EQ(found.of_1.size(), expected.size());
+    ASSERT_EQ(found.of_2.size(), expected.size());
+    for (std::size_t i = 0; i < expected.size(); ++i)
+      ASSERT_EQ((std::array{found.of_1[i], found.of_2[i]}), expected[i]) << i;
   }
 }
 

@@ -209,6 +209,40 @@ TEST(Folds, EqualTheDefinitionRoundHubs) {
 
 Points in_square(std::size_t n, std::uint64_t seed) { return uniform(n, seed); }
 
+// Of a node with two kept edges these are its spacing, however long the others are: they must not hide it.
+TEST(Folds, AreFoundAtNodesOfOneKeptTriangle) {
+  Points points{{0, 0}, {1, 0}, {0.5, 0.9}};
+  for (int k = 0; k < 6; ++k) points.push_back({100 * std::cos(k + 0.1), 100 * std::sin(k + 0.1)});
+  Scan scan = scan_of(points, [](const Point2&, Random&) { return 0.0; });
+  const auto is_near = [&](Index node) { return std::hypot(scan.s.xy[node].x, scan.s.xy[node].y) < 2; };
+  scan.kept.removed.clear();
+  for (Index i = 0; i < scan.s.triangulation.real; ++i) {
+    const auto& v = scan.s.triangulation.triangles[i].v;
+    scan.kept.removed.push_back(is_near(v[0]) && is_near(v[1]) && is_near(v[2]) ? 0 : 1);
+  }
+  std::vector<double> spread(points.size(), 0);
+  for (Index i = 0; i < spread.size(); ++i) spread[i] = is_near(i) ? 10 : 0;
+  const Folds found = find_folds(scan.s.triangulation, scan.s.xy, scan.z, spread, scan.kept, {});
+  ASSERT_TRUE(found.any());
+  for (Index i = 0; i < scan.s.triangulation.real; ++i) EXPECT_EQ(found.holds(i), scan.kept.keeps(i));
+}
+
+// More triangles than one block of the pass that chooses the nodes to be looked at: nine patches of two layers.
+TEST(Folds, EqualTheDefinitionAcrossBlocks) {
+  for (const double rim : {0.0, 0.3})  // without and with a hole
+    expect_twin(scan_of(
+                    [&] {
+                      Points points = in_square(rim > 0 ? 4000 : 3000, 8);
+                      std::erase_if(points, [&](const Point2& p) { return std::hypot(p.x - 0.5, p.y - 0.5) < rim; });
+                      return points;
+                    }(),
+                    [](const Point2& p, Random& r) {
+                      const bool in_patch = std::hypot(std::fmod(3 * p.x, 1) - 0.5, std::fmod(3 * p.y, 1) - 0.5) < 0.2;
+                      return p.x + (in_patch && r.uniform() < 0.5 ? 0.2 : 0) + 0.0005 * r.bell();
+                    }),
+                "patches");
+}
+
 TEST(Folds, TwoSheetsAreFoldedAllOver) {
   for (const double share : {0.5, 0.3})
     EXPECT_GT(scan_of(in_square(20000, 1),

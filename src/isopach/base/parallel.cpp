@@ -82,6 +82,8 @@ void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, s
 
 void run_with_threads(int, const std::function<void()>& work) { work(); }
 
+void run_alone(const std::function<void()>& work) { work(); }
+
 int thread_count() { return static_cast<int>(threads_at_once); }
 
 #else
@@ -95,6 +97,11 @@ void run_with_threads(int threads, const std::function<void()>& work) {
   oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                       static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
+  arena.execute(work);
+}
+
+void run_alone(const std::function<void()>& work) {
+  oneapi::tbb::task_arena arena(1);  // and no global_control: other calls of the library keep their threads
   arena.execute(work);
 }
 

@@ -1,5 +1,6 @@
 // The only place that knows threads (oneTBB underneath). A small vocabulary of verbs:
 //   run_with_threads   everything inside runs on at most `threads` threads
+//   run_alone          everything inside runs on the thread that calls it
 //   for_blocks         f(begin, end) over fixed blocks of [0, n)
 //   for_each_index     f(i) for i in [0, n)
 //   reduce_blocks      per-block results, combined in block order: the same bits for any number of threads
@@ -24,6 +25,9 @@ inline constexpr std::size_t default_block = 4096;
 
 /// Runs `work` with at most `threads` threads (0 = all cores). More threads than cores are allowed.
 void run_with_threads(int threads, const std::function<void()>& work);
+
+/// Runs `work` on this thread: for what is done before another one is awake. No thread is started.
+void run_alone(const std::function<void()>& work);
 
 /// Number of threads that parallel work may use where this is called.
 [[nodiscard]] int thread_count();

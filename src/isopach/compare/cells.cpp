@@ -25,26 +25,23 @@ class CellRules {
                        !(options.alpha > 0)),
         pair_(pair),
         in_{FootprintOfNodes(borders.in[0], g_.of_1, g_.of_2), FootprintOfNodes(borders.in[1], g_.of_2, g_.of_1)},
-        known_in_both_(xy.size()) {
+        at_node_(xy.size()) {
     if (borders.single)
       single_.emplace(std::array{FootprintOfNodes((*borders.single)[0], g_.of_1, g_.of_2),
                                  FootprintOfNodes((*borders.single)[1], g_.of_2, g_.of_1)});
-    for_each_index(xy.size(), [&](std::size_t i) {
-      const auto node = static_cast<Index>(i);
-      known_in_both_[i] = in_hull_of(0, node) && in_hull_of(1, node) ? 1 : 0;
-    });
+    for_each_index(xy.size(), [&](std::size_t i) { at_node_[i] = flags_at(static_cast<Index>(i)); });
   }
 
   using Nodes = std::array<Index, 3>;
   [[nodiscard]] bool over_hull() const { return over_hull_; }
-  [[nodiscard]] bool in_hulls(const Nodes& v) const {
-    return over_hull_ || (known_in_both_[v[0]] != 0 && known_in_both_[v[1]] != 0 && known_in_both_[v[2]] != 0);
-  }
+  [[nodiscard]] bool in_hulls(const Nodes& v) const { return over_hull_ || (of_all(v) & known_in_both) != 0; }
+  /// A triangle of the interface, as UnitedNodes::joins.
+  [[nodiscard]] bool joins(const Nodes& v) const { return (of_all(v) & (of_scan[0] | of_scan[1])) == 0; }
   [[nodiscard]] bool finds_folds() const { return single_.has_value(); }
   /// As Cells::scanned.
   [[nodiscard]] int scanned(const Nodes& v) const {
     if (anything_goes_) return 3;
-    return (in_[0].holds(v, xy_) ? 1 : 0) + (in_[1].holds(v, xy_) ? 2 : 0);
+    return (holds(0, v) ? 1 : 0) + (holds(1, v) ? 2 : 0);
   }
   /// A cell that borders run through.
   [[nodiscard]] RimCell rim_cell(const Nodes& v, std::span<const RimCrossing> across) const {
@@ -61,18 +58,37 @@ class CellRules {
         hull = hull && known;
         cell.outside[k] |= bits(!known, in_[scan].side(v[k]) == Side::outside, alone.side(v[k]) == Side::outside);
       }
-      cell.in |= bits(hull, in_[scan].holds(v, xy_), alone.holds(v, xy_));
+      cell.in |= bits(hull, holds(scan, v), alone.holds(v, xy_));
     }
     return cell;
   }
   /// In the footprint of a scan, and not without its folds.
   [[nodiscard]] bool folded(const Nodes& v) const {
     if (!single_) return false;
-    return (in_[0].holds(v, xy_) && !(*single_)[0].holds(v, xy_)) ||
-           (in_[1].holds(v, xy_) && !(*single_)[1].holds(v, xy_));
+    return (holds(0, v) && !(*single_)[0].holds(v, xy_)) || (holds(1, v) && !(*single_)[1].holds(v, xy_));
   }
 
  private:
+  // What is asked of every cell, is found once for every node.
+  static constexpr unsigned known_in_both = 1;
+  static constexpr std::array<unsigned, 2> of_scan{2, 4}, inside_of{8, 16}, outside_of{32, 64};
+
+  [[nodiscard]] unsigned char flags_at(Index node) const {
+    unsigned flags = in_hull_of(0, node) && in_hull_of(1, node) ? known_in_both : 0;
+    flags |= (g_.of_1[node] != no_index ? of_scan[0] : 0) | (g_.of_2[node] != no_index ? of_scan[1] : 0);
+    for (std::size_t scan = 0; scan < 2; ++scan) {
+      const Side side = in_[scan].side(node);
+      flags |= (side == Side::inside ? inside_of[scan] : 0) | (side == Side::outside ? outside_of[scan] : 0);
+    }
+    return static_cast<unsigned char>(flags);
+  }
+  [[nodiscard]] unsigned of_all(const Nodes& v) const { return at_node_[v[0]] & at_node_[v[1]] & at_node_[v[2]]; }
+  [[nodiscard]] unsigned of_any(const Nodes& v) const { return at_node_[v[0]] | at_node_[v[1]] | at_node_[v[2]]; }
+  /// FootprintOfNodes::holds, which is asked where a corner lies on the rim alone.
+  [[nodiscard]] bool holds(std::size_t scan, const Nodes& v) const {
+    if ((of_all(v) & inside_of[scan]) != 0) return true;
+    return (of_any(v) & outside_of[scan]) == 0 && in_[scan].holds(v, xy_);
+  }
   [[nodiscard]] bool in_hull_of(std::size_t scan, Index node) const {
     const auto& own = scan == 0 ? g_.of_1 : g_.of_2;
     const auto& other = scan == 0 ? g_.of_2 : g_.of_1;
@@ -85,7 +101,7 @@ class CellRules {
   const Pair& pair_;
   std::array<FootprintOfNodes, 2> in_;
   std::optional<std::array<FootprintOfNodes, 2>> single_;
-  Array<unsigned char> known_in_both_;
+  Array<unsigned char> at_node_;
 };
 
 /// What is found block by block: sums over what is no part of the domain for one reason or another, and the pieces of
@@ -242,7 +258,8 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   const CellRules rules(common, cells.xy, pair, borders, c.options);
   const std::vector<BorderSide> sides = sides_in_t(borders, common.nodes);
   const std::vector<RimCrossing> all_across = crossings(cells.triangulation, cells.xy, sides, context);
-  const SumScales scales(bounds_of(cells.view()));
+  common.bounds = bounds_of(cells.view());
+  const SumScales scales(common.bounds);
   Found found = reduce_blocks<Found>(
       cells.triangulation.real, default_block,
       [&](std::size_t begin, std::size_t end) {
@@ -253,7 +270,7 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
           const auto first = next;
           while (next != all_across.end() && next->cell == i) ++next;
           block.judge(static_cast<Index>(i), {first, next});
-          block.found.interface += common.nodes.joins(cells.triangulation.triangles[i].v) ? 1 : 0;
+          block.found.interface += rules.joins(cells.triangulation.triangles[i].v) ? 1 : 0;
         }
         return std::move(block.found);
       },

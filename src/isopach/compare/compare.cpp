@@ -39,9 +39,11 @@ OverOverlay measure_overlay(const Pair& pair, const stages::AreaOfInterest& area
 
 /// Measures over T, or what is known of it where they are over the overlay.
 void measure_common(const stages::AreaOfInterest& area, const stages::Borders& borders,
-                    const stages::SmoothSurfaces& smooth, Comparison& c, const Context& context) {
+                    const stages::SmoothSurfaces& smooth, const SumBounds& bounds, Comparison& c,
+                    const Context& context) {
   area.cut_cells(c, context);
-  const CellView cells = c.cells.view();
+  CellView cells = c.cells.view();
+  cells.bounds = bounds;
   if (c.options.surface != Surface::overlay) {
     c.measures = measure(cells, context, c.options.percentiles);
     area.fill_budget(c, context);
@@ -114,12 +116,31 @@ Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const Compare
   if (!noise.asked()) common.nodes = {};
 
   clock.start("measure");  // 6. equation (7), cell by cell
-  measure_common(area, borders, smooth, c, context);
+  measure_common(area, borders, smooth, common.bounds, c, context);
   noise.describe(common.nodes, over_overlay.noise, c);
   weighting.describe(weight_at_nodes, over_overlay.weighted, c);
   if (options.noise_floor) c.noise_floor = noise_floor(c.cells.view(), unchanged_at_nodes, c.measures.volume, context);
   clock.stop();
   return c;
+}
+
+/// Whether a comparison takes less time than other threads need to wake up.
+bool is_short(const CloudView& a, const CloudView& b, const CompareOptions& o) {
+  constexpr std::size_t few_points = 10000;
+  return a.points.size() + b.points.size() < few_points && o.surface == Surface::common && !o.noise_floor &&
+         o.measure != MeasureKind::currents && o.weight.kind == WeightSource::Kind::none &&
+         o.uncertainty.model == UncertaintyModel::none;
+}
+
+Comparison run_on_threads(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context,
+                          Pair* scans) {
+  Comparison result;
+  const auto work = [&] { result = run(a, b, options, context, scans); };
+  if (is_short(a, b, options))
+    run_alone(work);
+  else
+    run_with_threads(context.threads, work);
+  return result;
 }
 
 }  // namespace
@@ -132,16 +153,12 @@ void check(const CompareOptions& options) {
 }
 
 Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context) {
-  Comparison result;
-  run_with_threads(context.threads, [&] { result = run(a, b, options, context, nullptr); });
-  return result;
+  return run_on_threads(a, b, options, context, nullptr);
 }
 
 Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context,
                    Pair& scans) {
-  Comparison result;
-  run_with_threads(context.threads, [&] { result = run(a, b, options, context, &scans); });
-  return result;
+  return run_on_threads(a, b, options, context, &scans);
 }
 
 }  // namespace isopach

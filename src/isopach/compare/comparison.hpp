@@ -1,5 +1,6 @@
 // Comparison: everything one comparison found. Reports are written from it; nothing is computed after it.
 #pragma once
+#include <array>
 #include <cmath>
 #include <optional>
 #include <string>
@@ -113,7 +114,8 @@ struct Comparison {
   Cells cells;
   OverlaySurface overlay_surface;  ///< options.keep_overlay: the cells of the exact overlay, frame coordinates
   Array<double> overlay_lod;       ///< level of detection at its vertices; empty if there is none
-  PointFields fields_a, fields_b;
+  PointFields fields_a, fields_b;  ///< empty unless options.keep_points
+  std::array<std::size_t, 2> compared_points{};  ///< of A, of B: those at which there is a difference
   std::vector<std::string> warnings;
   Timing timing;
 };

@@ -2,11 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 #include <vector>
 
 #include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/linear.hpp"
+#include "isopach/base/parallel.hpp"
 
 namespace isopach {
 
@@ -50,24 +52,43 @@ SumsAtNode none_at_node(const CellView& cells) {
   return {FixedSum(FixedScale{width, height}), FixedSum(slopes), FixedSum(slopes)};
 }
 
+/// What a whole cell adds at one of its corners.
+struct AtCorner {
+  std::size_t place;  // number of the node, divided by the step
+  AtNode sums;        // slope · area, so that no sliver counts for more than it is
+};
+
+void add_corners(const CellView& cells, std::size_t triangle, std::size_t step, std::vector<AtCorner>& corners) {
+  const std::array<Index, 3> v = cells.corners(triangle);
+  const Point2 &p = cells.xy[v[0]], &q = cells.xy[v[1]], &r = cells.xy[v[2]];
+  const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
+  if (!(twice > 0)) return;
+  const double u = cells.z1[v[1]] - cells.z1[v[0]], w = cells.z1[v[2]] - cells.z1[v[0]];
+  for (const Index node : v)
+    if (node % step == 0) corners.push_back({node / step, {twice / 6, (u * by - w * ay) / 6, (ax * w - bx * u) / 6}});
+}
+
 /// Of every step-th node. By the order of the nodes, which is the same however T was made.
 std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
-  std::vector<SumsAtNode> sums((cells.xy.size() + step - 1) / step, none_at_node(cells));
-  for_common(cells, [&](const CommonCell& c) {
-    const std::array<Index, 3> v = cells.corners(c.triangle);
-    if (c.piece != nullptr || (v[0] % step != 0 && v[1] % step != 0 && v[2] % step != 0)) return;
-    const Point2 &p = cells.xy[v[0]], &q = cells.xy[v[1]], &r = cells.xy[v[2]];
-    const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
-    if (!(twice > 0)) return;
-    const double u = cells.z1[v[1]] - cells.z1[v[0]], w = cells.z1[v[2]] - cells.z1[v[0]];
-    for (const Index node : v) {  // slope · area, so that no sliver counts for more than it is
-      if (node % step != 0) continue;
-      SumsAtNode& at = sums[node / step];
-      at.area.add(twice / 6);
-      at.slope_x.add((u * by - w * ay) / 6);
-      at.slope_y.add((ax * w - bx * u) / 6);
+  std::vector<unsigned char> wanted(cells.xy.size(), 0);  // asked three times a cell: a division each would take longer
+  for (std::size_t i = 0; i < wanted.size(); i += step) wanted[i] = 1;
+  using Corners = std::vector<AtCorner>;
+  const Corners corners = gather_blocks<Corners>(cells.t.real, default_block, [&](std::size_t begin, std::size_t end) {
+    Corners some;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& v = cells.t.triangles[i].v;
+      if (cells.in_domain[i] != 0 && (wanted[v[0]] | wanted[v[1]] | wanted[v[2]]) != 0)
+        add_corners(cells, i, step, some);
     }
+    return some;
   });
+  std::vector<SumsAtNode> sums((cells.xy.size() + step - 1) / step, none_at_node(cells));
+  for (const AtCorner& c : corners) {
+    SumsAtNode& at = sums[c.place];
+    at.area.add(c.sums.area);
+    at.slope_x.add(c.sums.slope_x);
+    at.slope_y.add(c.sums.slope_y);
+  }
   std::vector<AtNode> nodes;
   nodes.reserve(sums.size());
   for (const SumsAtNode& s : sums) nodes.push_back({s.area.value(), s.slope_x.value(), s.slope_y.value()});
@@ -104,14 +125,22 @@ Places places_of(const CellView& cells) {
   return places;
 }
 
-/// Median of |residual| by area.
+/// Median of |residual| by area, 0 of none; reorders. Cost O(n).
 double median_of(std::vector<std::pair<double, double>>& residual_and_area) {
-  std::sort(residual_and_area.begin(), residual_and_area.end());
-  double all = 0, seen = 0;
-  for (const auto& [residual, area] : residual_and_area) all += area;
-  for (const auto& [residual, area] : residual_and_area)
-    if ((seen += area) >= all / 2) return residual;
-  return 0;
+  if (residual_and_area.empty()) return 0;
+  const auto add = [](double sum, const std::pair<double, double>& r) { return sum + r.second; };
+  const double half = std::accumulate(residual_and_area.begin(), residual_and_area.end(), 0.0, add) / 2;
+  auto first = residual_and_area.begin(), last = residual_and_area.end();
+  for (double before = 0; last - first > 1;) {  // the median lies in between; those before it have this area
+    const auto middle = first + (last - first) / 2;
+    std::nth_element(first, middle, last);
+    const double lower = std::accumulate(first, middle, before, add);
+    if (lower >= half)
+      last = middle;
+    else
+      before = lower, first = middle;
+  }
+  return first->first;
 }
 
 using Motion = std::array<double, terms>;
@@ -154,8 +183,9 @@ Motion fitted(const Places& places, int n) {
 
 }  // namespace
 
-std::optional<Displacement> plain_displacement(const Comparison& c) {
-  const Places places = places_of(c.cells.view());
+std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context) {
+  Places places;
+  run_with_threads(context.threads, [&] { places = places_of(c.cells.view()); });
   if (places.all.size() < least_places) return std::nullopt;
   Displacement found;
   found.before = median_residual(places, {});

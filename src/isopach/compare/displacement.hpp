@@ -7,6 +7,7 @@
 #pragma once
 #include <optional>
 
+#include "isopach/base/context.hpp"
 #include "isopach/compare/comparison.hpp"
 
 namespace isopach {
@@ -29,6 +30,6 @@ struct Displacement {
 /// where they differ by noise alone, where a part of the surface changed, and where less than 30 nodes are compared. A
 /// surface that has risen or sunk by the same everywhere cannot be told from a displaced scan, and is found, too. At
 /// most 5000 nodes are looked at. Cost O(cells). Test: tests/compare/displacement_test.cpp.
-[[nodiscard]] std::optional<Displacement> plain_displacement(const Comparison& c);
+[[nodiscard]] std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context = {});
 
 }  // namespace isopach

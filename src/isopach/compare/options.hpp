@@ -47,6 +47,7 @@ struct CompareOptions {
   BorderRule border = BorderRule::trim;
   FoldRule folds = FoldRule::leave_out;  ///< asked only where check_layers is set
   bool keep_overlay = false;             ///< keep the cells of the overlay as a mesh, to be written; `common` has none
+  bool keep_points = true;               ///< keep the difference at every input point, Comparison::fields_a, fields_b
   double max_edge = 0;                   ///< > 0: triangles of T1, T2 with a longer edge are no part of a scan; 0: none
   double alpha = 0;  ///< > 0: triangles of T1, T2 with a larger circumradius are no part of a scan; 0: none
   AreaOptions area;  ///< polygons and mask

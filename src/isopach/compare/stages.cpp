@@ -75,21 +75,33 @@ std::vector<Index> border_slivers(const CellView& cells) {
   const std::size_t n = cells.t.real;
   constexpr std::size_t enough = 20000;
   const Index step = static_cast<Index>(n / enough + 1);
-  std::vector<double> sample;  // of cells by their first node, not by their number, which depends on how T was made
-  for (std::size_t i = 0; i < n; ++i)
-    if (cells.in_domain[i] != 0 && cells.corners(i)[0] % step == 0) sample.push_back(longest_edge2(cells, i));
+  const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
+  // Of cells by their first node, not by their number, which depends on how T was made.
+  auto sample = gather_blocks<std::vector<double>>(n, default_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<double> some;
+    for (std::size_t i = begin; i < end; ++i) {
+      const auto& v = cells.t.triangles[i].v;
+      if (std::min({v[0], v[1], v[2]}) % step == 0 && cells.in_domain[i] != 0) some.push_back(longest_edge2(cells, i));
+    }
+    return some;
+  });
   if (sample.empty()) return {};
   const double limit = median(sample) * sliver_length * sliver_length;
-  const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
+  // Cells at the rim, seen from what lies beyond it.
+  const std::size_t all = cells.t.triangles.size();
+  auto slivers = gather_blocks<std::vector<Index>>(all, default_block, [&](std::size_t begin, std::size_t end) {
+    std::vector<Index> some;
+    for (auto i = static_cast<Index>(begin); i < end; ++i) {
+      if (in_domain(i)) continue;
+      for (const HalfEdge h : cells.t.triangles[i].n)
+        if (const Index t = triangle_of(h); in_domain(t) && longest_edge2(cells, t) > limit) some.push_back(t);
+    }
+    return some;
+  });
+  std::sort(slivers.begin(), slivers.end());
+  slivers.erase(std::unique(slivers.begin(), slivers.end()), slivers.end());
   std::vector<bool> seen(n, false);
-  std::vector<Index> slivers;
-  for (Index i = 0; i < n; ++i) {
-    if (!in_domain(i) || seen[i] || longest_edge2(cells, i) <= limit) continue;
-    const auto& sides = cells.t.triangles[i].n;
-    if (std::all_of(sides.begin(), sides.end(), [&](HalfEdge h) { return in_domain(triangle_of(h)); })) continue;
-    seen[i] = true;
-    slivers.push_back(i);
-  }
+  for (const Index i : slivers) seen[i] = true;
   for (std::size_t next = 0; next < slivers.size(); ++next)
     for (const HalfEdge h : cells.t.triangles[slivers[next]].n) {
       const Index t = triangle_of(h);
@@ -151,10 +163,12 @@ double area_of_both_footprints(const Borders& borders, const Comparison& c) {
   return borders.kept_area - (c.domain_area + left_out(c).area);
 }
 
+CurveNodes nodes_of(const Scan& s) { return {s.field.xy, s.field.keys}; }
+
 // Without locations.
 Common from_scratch(const Pair& pair, const Context& context) {
   Common common;
-  common.nodes = unite(pair.scan[0].field.xy, pair.scan[1].field.xy, pair.frame.curve);
+  common.nodes = unite(nodes_of(pair.scan[0]), nodes_of(pair.scan[1]));
   common.t = triangulate(common.nodes.xy, pair.frame.curve, context);
   return common;
 }
@@ -323,7 +337,8 @@ Common unite_meshes(Pair& pair, Common so_far, LocateMethod method, bool keep_me
   Scan &a = pair.scan[0], &b = pair.scan[1];
   for (Scan& s : pair.scan) Array<Index>().swap(s.field.node_of_point);  // what nobody asks for, before more is taken
   if (method != LocateMethod::interface) {
-    common.nodes = unite(a.field.xy, b.field.xy, pair.frame.curve);
+    common.nodes = unite(nodes_of(a), nodes_of(b));
+    for (Scan& s : pair.scan) Array<std::uint64_t>().swap(s.field.keys);
     const auto make = method == LocateMethod::tree ? merge : triangulate_union;
     common.t = make({keep_meshes ? a.t : std::move(a.t), a.field.xy, &pair.seen[0].at},
                     {keep_meshes ? b.t : std::move(b.t), b.field.xy, &pair.seen[1].at}, common.nodes, pair.frame.curve,
@@ -402,18 +417,46 @@ void find_footprints(Pair& pair, const CompareOptions& options, const Context& c
   });
 }
 
+namespace {
+
+/// By node of scan k: whether its points have a difference.
+Array<unsigned char> compared_nodes(const Pair& pair, const Borders& borders, std::size_t k) {
+  const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
+  Array<unsigned char> compared(pair.scan[k].field.xy.size());
+  for_each_index(compared.size(), [&](std::size_t i) {
+    const auto node = static_cast<Index>(i);
+    const bool in_fold = borders.left_out && own.side[node] != Side::outside &&  // with all of its triangles
+                         (*borders.single)[k].own.side[node] == Side::outside;
+    compared[i] = in_other.covers(node) && !in_fold ? 1 : 0;
+  });
+  return compared;
+}
+
+std::size_t count_points(const HeightField& field, const Array<unsigned char>& of_node) {
+  return reduce_blocks<std::size_t>(
+      field.node_of_point.size(), default_block,
+      [&](std::size_t begin, std::size_t end) {
+        std::size_t count = 0;
+        for (std::size_t i = begin; i < end; ++i)
+          count += field.node_of_point[i] != no_index && of_node[field.node_of_point[i]] != 0 ? 1 : 0;
+        return count;
+      },
+      [](std::size_t& total, std::size_t count) { total += count; });
+}
+
+}  // namespace
+
 void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, const Borders& borders,
                      Comparison& c) {
   const auto describe = [&](std::size_t k, const CloudView& cloud, const Pose& pose, PointFields& f) {
-    const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
-    const auto in_fold = [&](Index node) {  // a node with all of its triangles in folds
-      return borders.left_out && own.side[node] != Side::outside &&
-             (*borders.single)[k].own.side[node] == Side::outside;
-    };
+    const HeightField& field = pair.scan[k].field;
+    const Array<unsigned char> compared = compared_nodes(pair, borders, k);
+    c.compared_points[k] = count_points(field, compared);
+    if (!c.options.keep_points) return;
     f.dz_signed.resize(cloud.points.size());
     for_each_index(cloud.points.size(), [&](std::size_t i) {
-      const Index node = pair.scan[k].field.node_of_point[i];
-      if (node == no_index || !in_other.covers(node) || in_fold(node)) {
+      const Index node = field.node_of_point[i];
+      if (node == no_index || compared[node] == 0) {
         f.dz_signed[i] = std::numeric_limits<double>::quiet_NaN();
         return;
       }

@@ -55,6 +55,7 @@ void describe_meshes(const Pair& pair, Comparison& c);
 struct Common {
   UnitedNodes nodes;
   Triangulation t;
+  SumBounds bounds{};  ///< of the cells, once they are made
 };
 /// The nodes of each scan in the other, by `method`. By interface T is made on the way, and returned; otherwise nothing
 /// is.
@@ -103,15 +104,17 @@ struct Borders {
 /// What the border keeps of each scan alone.
 void find_footprints(Pair& pair, const CompareOptions& options, const Context& context);
 
-/// Of A: other surface − own height, of B: own height − other surface, into c.fields_a and c.fields_b. NaN where there
-/// is none, and at nodes that lie in folds of their own scan alone, where folds are left out.
+/// Of A: other surface − own height, of B: own height − other surface, into c.fields_a and c.fields_b, if
+/// options.keep_points asks for them. NaN where there is none, and at nodes that lie in folds of their own scan alone,
+/// where folds are left out. Counts the others into c.compared_points.
 void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, const Borders& borders,
                      Comparison& c);
 
 /// T with both heights at its nodes, and which of its triangles lie in the domain; `common` keeps the ids of its nodes
-/// alone. Cells that a border runs through are cut along it: their pieces are those of the intersection of both
-/// footprints. Sets c.trimmed_area and c.trimmed_volume to what the borders took from the intersection of the hulls, in
-/// units of area and volume, and c.folds. What was trimmed counts inside `domain` alone; it does not cut here.
+/// alone, and bounds of the cells. Cells that a border runs through are cut along it: their pieces are those of the
+/// intersection of both footprints. Sets c.trimmed_area and c.trimmed_volume to what the borders took from the
+/// intersection of the hulls, in units of area and volume, and c.folds. What was trimmed counts inside `domain` alone;
+/// it does not cut here.
 [[nodiscard]] Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain,
                                Comparison& c, const Context& context);
 

@@ -8,9 +8,13 @@ namespace isopach {
 
 /// The same corners in the same sense of rotation, the one with the least index first: the first on the curve. What
 /// rounds is then a function of the nodes alone, in whichever slot a triangle lies and whichever corner it begins with.
+/// Without branches: which corner it is, nobody can predict.
 [[nodiscard]] inline std::array<Index, 3> from_first_corner(const std::array<Index, 3>& v) {
-  const std::size_t k = v[1] < v[0] ? (v[2] < v[1] ? 2 : 1) : (v[2] < v[0] ? 2 : 0);
-  return {v[k], v[k == 2 ? 0 : k + 1], v[k == 0 ? 2 : k - 1]};
+  const std::array<Index, 5> round{v[0], v[1], v[2], v[0], v[1]};
+  const auto second = static_cast<std::size_t>(v[1] < v[0]);
+  const auto third = static_cast<std::size_t>(v[2] < v[0]) & static_cast<std::size_t>(v[2] < v[1]);
+  const std::size_t k = 2 * third | (second & (third ^ 1));
+  return {round[k], round[k + 1], round[k + 2]};
 }
 
 }  // namespace isopach

@@ -5,6 +5,7 @@
 #include <bit>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 #include <string>
 #include <utility>
 
@@ -421,6 +422,13 @@ Triangulation triangulate(std::span<const Point2> xy, const CurveBox& box, const
   context.check();
   Array<std::uint64_t> keys(xy.size());
   for_each_index(xy.size(), [&](std::size_t i) { keys[i] = curve_key(box, xy[i]); });
+  return triangulate_keyed(xy, keys);
+}
+
+Triangulation triangulate(std::span<const Point2> xy, std::span<const std::uint64_t> keys, const Context& context) {
+  if (keys.size() != xy.size()) throw std::logic_error("triangulate: as many keys as nodes");
+  check_size(xy.size());
+  context.check();
   return triangulate_keyed(xy, keys);
 }
 

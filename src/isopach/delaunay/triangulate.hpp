@@ -5,6 +5,7 @@
 // [Dwyer1987] (alternating cuts), on triangles with ghosts as in [Shewchuk1996]; the cuts are read off the Hilbert
 // keys.
 #pragma once
+#include <cstdint>
 #include <span>
 
 #include "isopach/base/context.hpp"
@@ -19,6 +20,10 @@ namespace isopach {
 /// none. Cost: O(n log n) worst case, no allocation besides the result and 8 bytes a point of keys. Oracle:
 /// tests/delaunay (validate, brute force, CGAL).
 [[nodiscard]] Triangulation triangulate(std::span<const Point2> xy, const CurveBox& box, const Context& context);
+
+/// The same where the keys of the points are known (curve_key): of them alone it is read how to cut.
+[[nodiscard]] Triangulation triangulate(std::span<const Point2> xy, std::span<const std::uint64_t> keys,
+                                        const Context& context);
 
 /// The same for points in any order, duplicates allowed. `order[i]` is the input id of node i of the triangulation, the
 /// first of its equals; `node_of` maps every input point to its node.

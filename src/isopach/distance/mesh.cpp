@@ -8,10 +8,10 @@
 namespace isopach {
 namespace {
 
-Mesh delaunay_mesh(const std::string& name, const Frame& frame, const HeightField& field, const MeshBorder& border,
+Mesh delaunay_mesh(const std::string& name, const HeightField& field, const MeshBorder& border,
                    const Context& context) {
   Mesh mesh;
-  const Triangulation t = triangulate(field.xy, frame.curve, context);
+  const Triangulation t = triangulate(field.xy, field.keys, context);
   mesh.points.resize(field.xy.size());
   for_each_index(mesh.points.size(), [&](std::size_t i) {
     mesh.points[i] = {field.xy[i].x, field.xy[i].y, field.z[i]};
@@ -62,8 +62,7 @@ Mesh make_mesh(const CloudView& cloud, const Pose& pose, const Frame& frame, con
   if (source == MeshSource::faces && cloud.faces.empty())
     throw InputError(cloud_name(cloud) + ": has no faces: leave out @mesh faces, or give a mesh");
   const bool own = source != MeshSource::delaunay && !cloud.faces.empty();
-  Mesh mesh =
-      own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(cloud_name(cloud), frame, field, border, context);
+  Mesh mesh = own ? mesh_of_faces(cloud, pose, frame, field) : delaunay_mesh(cloud_name(cloud), field, border, context);
   if (mesh.faces.empty())
     throw InputError(cloud_name(cloud) +
                      (own ? ": no face is left after @class and @crop"

@@ -226,8 +226,14 @@ Frame choose_frame(const CloudView& a, const CloudView& b, const Pose& pose_b, c
   const Point3 w = direction_of(filter_a, filter_b, box, options.direction);
   frame.rotation = frame_along(w);
   frame.axis_aligned = (w.x != 0) + (w.y != 0) + (w.z != 0) == 1;
-  Box2 plane = field_box(filter_a, frame);
-  plane.add(field_box(filter_b, frame));
+  Box2 plane;
+  if (frame.axis_aligned) {  // each coordinate is one of the input, moved exactly: those of the box are enough
+    for (const Point3& corner : {frame.to_field(box.min), frame.to_field(box.max)})
+      plane.add(Point2{corner.x, corner.y});
+  } else {
+    plane = field_box(filter_a, frame);
+    plane.add(field_box(filter_b, frame));
+  }
   frame.curve = curve_box(plane);
   return frame;
 }

@@ -2,6 +2,7 @@
 // back into the cloud, what was cleaned and why (docs/method/height-field.md).
 #pragma once
 #include <array>
+#include <cstdint>
 #include <optional>
 #include <string>
 #include <vector>
@@ -58,6 +59,8 @@ struct Cleaning {
 struct HeightField {
   Array<Point2> xy;            ///< nodes, frame coordinates, Hilbert order, no two equal
   Array<double> z;             ///< height of each node along the direction
+  Array<std::uint64_t> keys;   ///< of each node on the curve of the frame (curve_key); whoever knows that nobody asks
+                               ///< for them any more may drop them
   Array<Index> node_of_point;  ///< for each point of the cloud its node, or no_index if dropped
   Cleaning cleaning;
 };

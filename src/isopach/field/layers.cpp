@@ -127,8 +127,9 @@ bool mixed(const Cell& cell) {
 // `all` is sorted, so the answer is a function of the set.
 bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
   const std::size_t n = std::min(all.size(), most_points);
+  cell.points = all;
+  for (std::size_t i = 0; n < all.size() && i < n; ++i) cell.points[i] = all[i * all.size() / n];
   cell.points.resize(n);
-  for (std::size_t i = 0; i < n; ++i) cell.points[i] = all[i * all.size() / n];
   cell.group_of.assign(n, 0);
   sum_groups(cell);
   const Point3 mean = cell.groups[0].mean;
@@ -139,28 +140,12 @@ bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
   return far_apart(cell.groups, width / std::sqrt(static_cast<double>(n))) && mixed(cell);
 }
 
-// The square of the quadtree's finest level that a node lies in.
-struct Square {
-  std::uint32_t x, y;
-};
-Square square_of(const CurveBox& box, const Point2& p) {
-  const auto number = [&](double offset) {
-    return static_cast<std::uint32_t>(std::clamp(offset * box.scale, 0.0, 4294967295.0));
-  };
-  return {number(p.x - box.min.x), number(p.y - box.min.y)};
-}
-
-// Of each node how many levels of squares it shares with the one before it on the curve, 0 to 32. Squares of level l
-// are runs of nodes that share l levels or more.
-Array<unsigned char> shared_levels(const Array<Point2>& xy, const CurveBox& box) {
-  Array<unsigned char> shared(xy.size());
-  for_blocks(xy.size(), default_block, [&](std::size_t begin, std::size_t end) {
-    Square last = square_of(box, xy[begin > 0 ? begin - 1 : 0]);
-    for (std::size_t k = begin; k < end; ++k) {
-      const Square own = square_of(box, xy[k]);
-      shared[k] = static_cast<unsigned char>(k == 0 ? 0 : std::countl_zero((own.x ^ last.x) | (own.y ^ last.y)));
-      last = own;
-    }
+// Of each node how many levels of squares of the quadtree it shares with the one before it on the curve, 0 to 32.
+// Squares of level l are runs of nodes that share l levels or more: of equal first l digits of the key.
+Array<unsigned char> shared_levels(const Array<std::uint64_t>& keys) {
+  Array<unsigned char> shared(keys.size());
+  for_each_index(keys.size(), [&](std::size_t k) {
+    shared[k] = static_cast<unsigned char>(k == 0 ? 0 : std::countl_zero(keys[k] ^ keys[k - 1]) / 2);
   });
   return shared;
 }
@@ -248,7 +233,7 @@ struct Tally {
 double layered_share(const HeightField& field, const CloudView& cloud, const Pose& pose, const Frame& frame,
                      const Context& context) {
   context.check();
-  const Array<unsigned char> shared = shared_levels(field.xy, frame.curve);
+  const Array<unsigned char> shared = shared_levels(field.keys);
   const Level found = cell_level(shared, count_kept(field.cleaning));
   const Sample sample(found);
   const double width = std::ldexp(1 / frame.curve.scale, 32 - found.level);
@@ -262,7 +247,7 @@ double layered_share(const HeightField& field, const CloudView& cloud, const Pos
         Cell cell;
         std::vector<Point3> points;
         for (std::size_t k = begin; k < end; ++k) {
-          if (!begins_cell(k) || !sample.holds(curve_key(frame.curve, field.xy[k]))) continue;
+          if (!begins_cell(k) || !sample.holds(field.keys[k])) continue;
           points.clear();
           std::size_t node = k;
           do heights.add_points(node++, points);

@@ -39,56 +39,70 @@ double merged_height(const std::vector<double>& sorted, double of_first, Duplica
   throw UsageError("unknown duplicate policy");
 }
 
-[[noreturn]] void refuse_duplicates(const CloudView& cloud, std::size_t duplicates, const Array<Point2>& sorted,
-                                    const Array<Index>& order, const Kept& kept) {
-  const auto twin = std::adjacent_find(sorted.begin(), sorted.end());
-  const Point3 p = cloud.points[kept.point(order[static_cast<std::size_t>(twin - sorted.begin())])];
+// The kept points in the order of the curve.
+struct Sorted {
+  Array<Index> point;  // of the cloud
+  Array<Point2> xy;
+  Array<double> z;
+  Array<std::uint64_t> keys;
+
+  [[nodiscard]] std::size_t size() const { return point.size(); }
+  [[nodiscard]] bool begins_node(std::size_t k) const { return k == 0 || xy[k] != xy[k - 1]; }
+};
+
+[[noreturn]] void refuse_duplicates(const CloudView& cloud, std::size_t duplicates, const Sorted& sorted) {
+  const auto twin = std::adjacent_find(sorted.xy.begin(), sorted.xy.end());
+  const Point3 p = cloud.points[sorted.point[static_cast<std::size_t>(twin - sorted.xy.begin())]];
   throw InputError(
       fmt::format("{}: {} points share their place in the plane with another point, the first at {}, {}, {}; "
                   "choose how to merge them (duplicates mean, min, max, median or first)",
                   cloud_name(cloud), duplicates, p.x, p.y, p.z));
 }
 
-Array<Point2> gather(const Array<Point2>& xy, const Array<Index>& order) {
-  Array<Point2> result(order.size());
-  for_each_index(order.size(), [&](std::size_t k) { result[k] = xy[order[k]]; });
-  return result;
+Sorted sort_points(const Filter& filter, const Frame& frame, const Cleaning& cleaning, const Context& context) {
+  Kept kept = keep_points(filter, frame, cleaning);
+  context.check();
+  Sorted s;
+  s.point = curve_order(kept.xy, frame.curve, &s.keys);
+  context.check();
+  const std::size_t n = s.point.size();
+  Array<Point2>().swap(kept.xy);
+  s.xy.resize(n), s.z.resize(n);
+  for_blocks(n, default_block, [&](std::size_t begin, std::size_t end) {
+    for (std::size_t k = begin; k < end; ++k) {
+      constexpr std::size_t ahead = 16;  // the points of the cloud lie anywhere
+      if (k + ahead < end) prefetch(filter.cloud().points.address(kept.point(s.point[k + ahead])));
+      s.point[k] = kept.point(s.point[k]);
+      const Point3 p = frame.to_field(filter.posed(s.point[k]));
+      s.xy[k] = {p.x, p.y}, s.z[k] = p.z;
+    }
+  });
+  return s;
 }
 
 // Points sorted along the curve become nodes: a run of equal (x, y) is one node, made by the block in which it begins.
 struct Merger {
-  const Filter& filter;
-  const Frame& frame;
   const ProjectOptions& options;
-  const Kept& kept;
-  const Array<Index>& order;
-  const Array<Point2>& sorted;
+  const Sorted& sorted;
   HeightField& field;
-
-  [[nodiscard]] bool begins_node(std::size_t k) const { return k == 0 || sorted[k] != sorted[k - 1]; }
-
-  [[nodiscard]] double height(Index point) const { return frame.to_field(filter.posed(point)).z; }
 
   // The points k.. of `node`. Returns the spread of their heights; `heights` is room to work in.
   double make_node(std::size_t k, Index node, std::vector<double>& heights) const {
-    const Index first = kept.point(order[k]);
-    const double of_first = height(first);
-    field.node_of_point[first] = node;
+    heights.clear();
+    do {
+      field.node_of_point[sorted.point[k]] = node;
+      heights.push_back(sorted.z[k]);
+    } while (++k < sorted.size() && !sorted.begins_node(k));
+    const double of_first = heights.front();
     field.z[node] = of_first;
-    if (k + 1 == sorted.size() || begins_node(k + 1)) return 0;
-    heights.assign(1, of_first);
-    for (std::size_t i = k + 1; i < sorted.size() && !begins_node(i); ++i) {
-      const Index point = kept.point(order[i]);
-      field.node_of_point[point] = node;
-      heights.push_back(height(point));
-    }
+    if (heights.size() == 1) return 0;
     std::sort(heights.begin(), heights.end());
     field.z[node] = merged_height(heights, of_first, options.duplicates);
     return heights.back() - heights.front();
   }
 
-  // Fills z, node_of_point and, if given, xy; returns the largest spread.
-  [[nodiscard]] double make_nodes(const std::vector<std::size_t>& place, Array<Point2>* xy) const {
+  // Fills all of the field but what was cleaned; returns the largest spread.
+  [[nodiscard]] double make_nodes(const std::vector<std::size_t>& place) const {
     return reduce_blocks<double>(
         sorted.size(), default_block,
         [&](std::size_t begin, std::size_t end) {
@@ -96,14 +110,9 @@ struct Merger {
           std::vector<double> heights;
           std::size_t node = place[begin / default_block];
           for (std::size_t k = begin; k < end; ++k) {
-            constexpr std::size_t ahead = 16;  // the points of the cloud lie anywhere
-            if (k + ahead < end) {
-              const Index point = kept.point(order[k + ahead]);
-              prefetch(filter.cloud().points.address(point));
-              prefetch(&field.node_of_point[point]);
-            }
-            if (!begins_node(k)) continue;
-            if (xy != nullptr) (*xy)[node] = sorted[k];
+            look_ahead(k, end);
+            if (!sorted.begins_node(k)) continue;
+            field.xy[node] = sorted.xy[k], field.keys[node] = sorted.keys[k];
             spread = std::max(spread, make_node(k, static_cast<Index>(node++), heights));
           }
           return spread;
@@ -111,16 +120,34 @@ struct Merger {
         [](double& total, double part) { total = std::max(total, part); });
   }
 
+  // Every point is a node.
+  void take_all(Sorted& all) const {
+    for_blocks(all.size(), default_block, [&](std::size_t begin, std::size_t end) {
+      for (std::size_t k = begin; k < end; ++k) {
+        look_ahead(k, end);
+        field.node_of_point[all.point[k]] = static_cast<Index>(k);
+      }
+    });
+    field.xy = std::move(all.xy), field.z = std::move(all.z), field.keys = std::move(all.keys);
+  }
+
   // Where the nodes of each block begin; sets the number of nodes.
   [[nodiscard]] std::vector<std::size_t> node_places(std::size_t& nodes) const {
     std::vector<std::size_t> place(block_count(sorted.size()));
     for_blocks(sorted.size(), default_block, [&](std::size_t begin, std::size_t end) {
       std::size_t count = 0;
-      for (std::size_t k = begin; k < end; ++k) count += begins_node(k);
+      for (std::size_t k = begin; k < end; ++k) count += sorted.begins_node(k);
       place[begin / default_block] = count;
     });
     nodes = counts_to_places(place);
     return place;
+  }
+
+ private:
+  // The points of the cloud lie anywhere. Inlined, lest the compiler drops it (see prefetch).
+  [[gnu::always_inline]] void look_ahead(std::size_t k, std::size_t end) const {
+    constexpr std::size_t ahead = 16;
+    if (k + ahead < end) prefetch(&field.node_of_point[sorted.point[k + ahead]]);
   }
 };
 
@@ -133,27 +160,25 @@ HeightField project(const CloudView& cloud, const Pose& pose, const Frame& frame
   HeightField field;
   field.cleaning = count_dropped(filter);
   require_points(cloud, field.cleaning);
-  Kept kept = keep_points(filter, frame, field.cleaning);
+  Sorted sorted = sort_points(filter, frame, field.cleaning, context);
   context.check();
-  const Array<Index> order = curve_order(kept.xy, frame.curve);
-  context.check();
-  Array<Point2> sorted = gather(kept.xy, order);
-  Array<Point2>().swap(kept.xy);
 
-  const Merger merger{filter, frame, options, kept, order, sorted, field};
+  const Merger merger{options, sorted, field};
   std::size_t nodes = 0;
   const std::vector<std::size_t> place = merger.node_places(nodes);
   check_size(cloud, nodes, max_nodes, "different places in the plane");
   field.cleaning.duplicates = sorted.size() - nodes;
   if (field.cleaning.duplicates > 0 && options.duplicates == DuplicatePolicy::error)
-    refuse_duplicates(cloud, field.cleaning.duplicates, sorted, order, kept);
+    refuse_duplicates(cloud, field.cleaning.duplicates, sorted);
   field.node_of_point.resize(cloud.points.size());
   if (sorted.size() < cloud.points.size())
     for_each_index(cloud.points.size(), [&](std::size_t i) { field.node_of_point[i] = no_index; });
-  field.z.resize(nodes);
-  if (nodes < sorted.size()) field.xy.resize(nodes);
-  field.cleaning.duplicate_max_spread = merger.make_nodes(place, nodes < sorted.size() ? &field.xy : nullptr);
-  if (nodes == sorted.size()) field.xy = std::move(sorted);
+  if (nodes == sorted.size()) {
+    merger.take_all(sorted);
+    return field;
+  }
+  field.xy.resize(nodes), field.z.resize(nodes), field.keys.resize(nodes);
+  field.cleaning.duplicate_max_spread = merger.make_nodes(place);
   return field;
 }
 

@@ -38,6 +38,7 @@ Pair at_start(const CloudView& moving, const CloudView& fixed, Matching& m, stag
               const Context& context) {
   CompareOptions options = m.options.compare;
   options.pose = m.options.start;
+  options.keep_points = m.options.keep_comparisons;
   Pair pair;
   if (m.options.judge) {
     clock.start("before");
@@ -308,6 +309,7 @@ class Run {
     clock_.start("after");
     CompareOptions there = options_.compare;
     there.pose = m.pose;
+    there.keep_points = options_.keep_comparisons;
     there.check_layers = there.check_layers && of_surfaces(options_.objective);
     Comparison after = compare(fixed_, moving_, there, context_);
     m.after = fit_of(after);

@@ -3,6 +3,7 @@
 // linear d.
 #pragma once
 #include <array>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -79,6 +80,7 @@ struct CellView {
   std::span<const double> z1, z2;
   std::span<const unsigned char> in_domain;  ///< one per real triangle: measured as a whole
   std::span<const CellPiece> pieces = {};
+  std::optional<SumBounds> bounds = {};  ///< what bounds_of says, where that is known
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
   /// Of a triangle of T, counter-clockwise, the first on the curve first: however T was made.
@@ -88,7 +90,7 @@ struct CellView {
 };
 
 /// From the box and the heights of all nodes, in the domain or not. Heights that are no number do not count. Cost
-/// O(nodes).
+/// O(nodes), nothing where the view has them.
 [[nodiscard]] SumBounds bounds_of(const CellView& cells);
 
 /// One cell: area and the three differences.

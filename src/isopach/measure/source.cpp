@@ -3,7 +3,6 @@
 #include <cmath>
 
 #include "isopach/base/parallel.hpp"
-#include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/overlay/rim.hpp"
 
 namespace isopach {
@@ -26,6 +25,7 @@ struct Heights {
 }  // namespace
 
 SumBounds bounds_of(const CellView& cells) {
+  if (cells.bounds) return *cells.bounds;
   struct Part {
     Box2 box;
     Heights z1, z2;
@@ -113,21 +113,6 @@ std::vector<std::size_t> items_in_order(const CellView& cells) {
     return corners(i) < corners(j);
   });
   return order;
-}
-
-std::uint64_t name_of(const CellView& cells, std::size_t item) {
-  const std::size_t whole = cells.t.real;
-  if (item >= whole) {
-    const auto& [a, b, c] = cells.pieces[item - whole].at;
-    return hash_of(Point2{c.x, c.y}, hash_of(Point2{b.x, b.y}, hash_of(Point2{a.x, a.y})));
-  }
-  const std::array<Index, 3> v = cells.corners(item);
-  return hash_of(cells.xy[v[1]], hash_of(cells.xy[v[0]]));  // no other triangle runs along this side this way
-}
-
-std::uint64_t name_of(const OverlayCells& cells, std::size_t item) {
-  const std::array<Point2, 2> side = cells.overlay.first_side(item);
-  return hash_of(side[1], hash_of(side[0]));
 }
 
 std::vector<CellPiece> cut_cells(const CellView& cells, std::span<unsigned char> in_domain, const Domain& domain,

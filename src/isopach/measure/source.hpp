@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "isopach/base/context.hpp"
+#include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/measure/domain.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/overlay/overlay.hpp"
@@ -211,8 +212,19 @@ void for_cells(const OverlayCells& cells, std::size_t begin, std::size_t end, F&
 
 /// A number that depends on where a cell of T, or the outer triangle of an item of the overlay, lies, and on nothing
 /// else: what a sample is chosen by, so that it does not depend on how triangles are numbered.
-[[nodiscard]] std::uint64_t name_of(const CellView& cells, std::size_t item);
-[[nodiscard]] std::uint64_t name_of(const OverlayCells& cells, std::size_t item);
+[[nodiscard]] inline std::uint64_t name_of(const CellView& cells, std::size_t item) {
+  const std::size_t whole = cells.t.real;
+  if (item >= whole) {
+    const auto& [a, b, c] = cells.pieces[item - whole].at;
+    return hash_of(Point2{c.x, c.y}, hash_of(Point2{b.x, b.y}, hash_of(Point2{a.x, a.y})));
+  }
+  const std::array<Index, 3> v = cells.corners(item);
+  return hash_of(cells.xy[v[1]], hash_of(cells.xy[v[0]]));  // no other triangle runs along this side this way
+}
+[[nodiscard]] inline std::uint64_t name_of(const OverlayCells& cells, std::size_t item) {
+  const std::array<Point2, 2> side = cells.overlay.first_side(item);
+  return hash_of(side[1], hash_of(side[0]));
+}
 /// Whether an item can have cells in the domain at all, as far as can be told at once.
 [[nodiscard]] inline bool may_have_cells(const CellView& cells, std::size_t item) {
   return item >= cells.t.real || cells.in_domain[item] != 0;

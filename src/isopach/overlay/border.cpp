@@ -16,7 +16,7 @@ double squared_distance(const Point2& p, const Point2& q) {
   return (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y);
 }
 
-double longest_edge2(const Triangle& t, std::span<const Point2> xy) {
+[[gnu::always_inline]] inline double longest_edge2(const Triangle& t, std::span<const Point2> xy) {
   const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
   return std::max({squared_distance(a, b), squared_distance(b, c), squared_distance(c, a)});
 }
@@ -47,9 +47,11 @@ class ShortestEdges {
   double a_ = none, b_ = none, c_ = none;
 };
 
-/// By node: square of the third-shortest edge; of the longest where there are fewer. One pass over the triangles, each
-/// of whose half-edges counts at its origin. Triangles lie in memory as their nodes do, so a block of them writes to a
-/// range of nodes of its own and keeps the few edges that start elsewhere for the end: the order of edges is no matter.
+}  // namespace
+
+// One pass over the triangles, each of whose half-edges counts at its origin. Triangles lie in memory as their nodes
+// do, so a block of them writes to a range of nodes of its own and keeps the few edges that start elsewhere for the
+// end: the order of edges is no matter.
 Array<double> squared_third_edges(const Triangulation& t, std::span<const Point2> xy) {
   constexpr std::size_t block = std::size_t{1} << 15;
   struct Edge {
@@ -62,7 +64,6 @@ Array<double> squared_third_edges(const Triangulation& t, std::span<const Point2
   const Edges elsewhere = gather_blocks<Edges>(t.real, block, [&](std::size_t begin, std::size_t end) {
     const Index first = first_node(begin), last = first_node(end);
     Edges others;
-    std::fill(shortest.begin() + first, shortest.begin() + last, ShortestEdges{});
     for (std::size_t i = begin; i < end; ++i) {
       const auto& v = t.triangles[i].v;
       const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
@@ -84,6 +85,8 @@ Array<double> squared_third_edges(const Triangulation& t, std::span<const Point2
   for_each_index(t.nodes, [&](std::size_t i) { third[i] = shortest[i].third(); });
   return third;
 }
+
+namespace {
 
 /// Square of the spacing at the origin of `leaving`, from those of `squared_third_edges`.
 double squared_spacing(const Triangulation& t, const Array<double>& third2, HalfEdge leaving) {
@@ -132,8 +135,7 @@ double circumradius(const Triangle& t, std::span<const Point2> xy) {
 
 enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
 
-void trim(const Triangulation& t, std::span<const Point2> xy, Array<unsigned char>& mark) {
-  const Array<double> third2 = squared_third_edges(t, xy);
+void trim(const Triangulation& t, std::span<const Point2> xy, const Array<double>& third2, Array<unsigned char>& mark) {
   std::vector<Index> front =
       gather_blocks<std::vector<Index>>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
         std::vector<Index> seeds;
@@ -181,10 +183,12 @@ Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool tri
   context.check();
   Footprint f;
   f.removed.resize(t.real);
-  if (trim_rim && t.real > 0)
-    trim(t, xy, f.removed);
-  else
+  if (trim_rim && t.real > 0) {
+    f.third2 = squared_third_edges(t, xy);
+    trim(t, xy, f.third2, f.removed);
+  } else {
     std::fill(f.removed.begin(), f.removed.end(), kept);
+  }
   const Totals all = reduce_blocks<Totals>(
       t.real, default_block,
       [&](std::size_t begin, std::size_t end) {

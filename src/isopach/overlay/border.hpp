@@ -30,6 +30,7 @@ inline constexpr double gap_stretch = 7;
 struct Footprint {
   Array<unsigned char> removed;       ///< one flag per real triangle; empty if none is
   double area = 0, removed_area = 0;  ///< of those kept and of those removed
+  Array<double> third2;               ///< squared_third_edges of the triangulation, where the rule has asked for them
 
   [[nodiscard]] bool is_whole() const { return removed.empty(); }
   [[nodiscard]] bool keeps(Index triangle) const { return removed.empty() || removed[triangle] == 0; }
@@ -47,6 +48,10 @@ struct SizeLimits {
 /// Cost O(nodes) in parallel, then O(removed). Oracle: the definition, node by node, tests/overlay/border_test.cpp.
 [[nodiscard]] Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim,
                                   const SizeLimits& limits, const Context& context);
+
+/// By node of a triangulation: the square of its third-shortest edge, of the longest where there are fewer. Cost
+/// O(nodes).
+[[nodiscard]] Array<double> squared_third_edges(const Triangulation& t, std::span<const Point2> xy);
 
 /// Where a point lies: away from the footprint, on the rim of a removed triangle, or inside.
 enum class Side : unsigned char { outside, rim, inside };

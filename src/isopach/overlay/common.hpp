@@ -1,6 +1,7 @@
 // The common (united) triangulation T = DT(g1 ∪ g2) and both heights at its nodes (docs/method/method.md, section 1).
 #pragma once
 #include <array>
+#include <cstdint>
 #include <span>
 
 #include "isopach/base/context.hpp"
@@ -22,7 +23,16 @@ struct UnitedNodes {
   }
 };
 
-/// Linear merging of two node sets that are in curve order of the same box. Cost O(n1 + n2).
+/// Nodes in the order of a curve, with their keys on it (curve_key).
+struct CurveNodes {
+  std::span<const Point2> xy;
+  std::span<const std::uint64_t> keys;
+};
+
+/// Linear merging of two node sets that are in order of the same curve. In parallel; the same for any number of
+/// threads. Cost O(n1 + n2). Oracle: tests/overlay/common_test.cpp.
+[[nodiscard]] UnitedNodes unite(const CurveNodes& g1, const CurveNodes& g2);
+/// The same where the keys are not known.
 [[nodiscard]] UnitedNodes unite(std::span<const Point2> g1, std::span<const Point2> g2, const CurveBox& box);
 
 }  // namespace isopach

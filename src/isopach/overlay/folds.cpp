@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "isopach/base/median.hpp"
@@ -14,37 +15,30 @@
 namespace isopach {
 namespace {
 
-/// The edges of the footprint, node by node.
+/// The edges of the footprint, node by node. A node is named by any half-edge that leaves it, of a kept triangle or
+/// with one on the other side; which one, is no matter: sets of neighbours are asked alone.
 class Stars {
  public:
-  Stars(const Triangulation& t, const Footprint& footprint)
-      : t_(t), footprint_(footprint), leaving_(t.nodes, no_index) {
-    for_each_index(t.real, [&](std::size_t i) {
-      if (!footprint.keeps(static_cast<Index>(i))) return;
-      for (Index k = 0; k < 3; ++k) write_shared(leaving_[t.triangles[i].v[k]], half_edge(static_cast<Index>(i), k));
-    });
-    // Which of its half-edges a node was given is left to chance, and no matter: sets of neighbours are asked alone.
-  }
+  Stars(const Triangulation& t, const Footprint& footprint) : t_(t), footprint_(footprint) {}
 
-  /// f(neighbour) for the other ends of the kept edges at a node, counter-clockwise.
+  [[nodiscard]] const Triangulation& mesh() const { return t_; }
+  [[nodiscard]] Index node(HalfEdge leaving) const { return t_.origin(leaving); }
+  [[nodiscard]] bool keeps(Index triangle) const { return !t_.is_ghost(triangle) && footprint_.keeps(triangle); }
+
+  /// f(half-edge that leaves a neighbour) for the other ends of the kept edges at a node, counter-clockwise.
   template <class F>
-  void for_neighbours(Index node, F&& f) const {
-    const HalfEdge first = leaving_[node];
-    if (first == no_index) return;
-    HalfEdge h = first;
+  void for_neighbours(HalfEdge leaving, F&& f) const {
+    HalfEdge h = leaving;
     do {
-      const Index to = t_.target(h);
-      if (to != no_index && (keeps(triangle_of(h)) || keeps(triangle_of(t_.twin(h))))) f(to);
+      const HalfEdge back = t_.twin(h);
+      if (t_.target(h) != no_index && (keeps(triangle_of(h)) || keeps(triangle_of(back)))) f(back);
       h = t_.next_leaving(h);
-    } while (h != first);
+    } while (h != leaving);
   }
 
  private:
-  [[nodiscard]] bool keeps(Index triangle) const { return !t_.is_ghost(triangle) && footprint_.keeps(triangle); }
-
   const Triangulation& t_;
   const Footprint& footprint_;
-  Array<HalfEdge> leaving_;
 };
 
 /// The k-th smallest of values, the largest where there are fewer; 0 of none.
@@ -57,22 +51,29 @@ double kth_smallest(std::vector<double>& values, std::size_t k) {
 
 enum Cover : unsigned char { open = 0, covered = 1, surely_covered = 2 };
 
+/// Whether heights may lie farther apart than the limit of rule 1 at a node, of whose spacing not more is known than
+/// the third-shortest of all edges there, kept or not. `step2`, `third2`: squares.
+bool may_be_torn(double step2, double third2) {
+  constexpr double rounding = 1 + 1e-12;
+  return step2 * rounding > torn_spacings * torn_spacings * third2;
+}
+
 /// Rules 1 to 3 at one node after another.
 class Finder {
  public:
   Finder(const Stars& stars, std::span<const Point2> xy, std::span<const double> z, std::span<const double> spread)
       : stars_(stars), xy_(xy), z_(z), spread_(spread) {}
 
-  [[nodiscard]] Cover cover(Index node) {
-    if (!may_be_covered(node)) return open;
-    const Scale own = scale(node);
+  [[nodiscard]] Cover cover(HalfEdge leaving) {
+    const Index node = stars_.node(leaving);
+    const Scale own = scale(leaving);
     if (!spread_.empty() && spread_[node] > own.limit(surely_torn_steps)) return surely_covered;
     ring_.clear();
-    stars_.for_neighbours(node, [&](Index n) { ring_.push_back({n, 0}); });
+    stars_.for_neighbours(leaving, [&](HalfEdge n) { ring_.push_back({n, stars_.node(n), 0}); });
     for (Neighbour& n : ring_) {
       const double step = z_[n.node] - z_[node], size = std::fabs(step);
       if (!(size > own.limit(torn_steps))) continue;
-      const Scale other = scale(n.node);
+      const Scale other = scale(n.leaving);
       if (!(size > other.limit(torn_steps))) continue;
       const bool surely = size > own.limit(surely_torn_steps) && size > other.limit(surely_torn_steps);
       n.torn = (step > 0 ? 1 : -1) * (surely ? 2 : 1);
@@ -86,6 +87,7 @@ class Finder {
     [[nodiscard]] double limit(double steps) const { return std::max(torn_spacings * spacing, steps * step); }
   };
   struct Neighbour {
+    HalfEdge leaving;
     Index node;
     int torn;  // 0; ±1, ±2 surely, above or below
   };
@@ -101,36 +103,28 @@ class Finder {
     return torn == ring_.size() || runs >= 2 ? surely_covered : covered;
   }
 
-  /// With the least that the limit can be: on an even surface the answer is no.
-  [[nodiscard]] bool may_be_covered(Index node) {
-    double shortest2 = std::numeric_limits<double>::infinity(), most = spread_.empty() ? 0 : spread_[node];
-    stars_.for_neighbours(node, [&](Index n) {
-      shortest2 = std::min(shortest2, squared(node, n));
-      most = std::max(most, std::fabs(z_[n] - z_[node]));
-    });
-    constexpr double rounding = 1 + 1e-12;
-    return most * most * rounding > torn_spacings * torn_spacings * shortest2;
-  }
-
-  [[nodiscard]] Scale scale(Index node) {
+  [[nodiscard]] Scale scale(HalfEdge leaving) {
+    const Index node = stars_.node(leaving);
     if (const auto known = scale_of_hub_.find(node); known != scale_of_hub_.end()) return known->second;
     steps_.clear();
-    steps_.push_back(step(node));
-    stars_.for_neighbours(node, [&](Index n) { steps_.push_back(step(n)); });
-    const Scale found{spacing(node), median(steps_)};
+    steps_.push_back(step(leaving));
+    stars_.for_neighbours(leaving, [&](HalfEdge n) { steps_.push_back(step(n)); });
+    const Scale found{spacing(leaving), median(steps_)};
     if (values_.size() > most_asked_again) scale_of_hub_[node] = found;
     return found;
   }
 
-  [[nodiscard]] double spacing(Index node) {
+  [[nodiscard]] double spacing(HalfEdge leaving) {
     values_.clear();
-    stars_.for_neighbours(node, [&](Index n) { values_.push_back(squared(node, n)); });
+    const Index node = stars_.node(leaving);
+    stars_.for_neighbours(leaving, [&](HalfEdge n) { values_.push_back(squared(node, stars_.node(n))); });
     return std::sqrt(kth_smallest(values_, 3));
   }
-  [[nodiscard]] double step(Index node) {
+  [[nodiscard]] double step(HalfEdge leaving) {
+    const Index node = stars_.node(leaving);
     if (const auto known = step_of_hub_.find(node); known != step_of_hub_.end()) return known->second;
     values_.clear();
-    stars_.for_neighbours(node, [&](Index n) { values_.push_back(std::fabs(z_[n] - z_[node])); });
+    stars_.for_neighbours(leaving, [&](HalfEdge n) { values_.push_back(std::fabs(z_[stars_.node(n)] - z_[node])); });
     const bool is_hub = values_.size() > most_asked_again;
     const double found = kth_smallest(values_, 2);
     if (is_hub) step_of_hub_[node] = found;
@@ -164,32 +158,86 @@ class Finder {
   std::unordered_map<Index, double> step_of_hub_;
 };
 
-/// f(node) for the nodes within two edges; some more than once, but the neighbours of no node twice: `asked`.
+/// Half-edges that leave nodes which may be covered, a few of the same node: nodes with an edge that may be torn, and
+/// those whose points lie far enough apart. Where a node has fewer than three kept edges, the third-shortest of all may
+/// be longer than its spacing: so all nodes of triangles at the rim of the footprint are among them. On an even surface
+/// there are no others.
+std::vector<HalfEdge> candidates(const Stars& stars, std::span<const double> z, std::span<const double> spread,
+                                 std::span<const double> third2) {
+  using Found = std::vector<HalfEdge>;
+  const Triangulation& t = stars.mesh();
+  return gather_blocks<Found>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
+    Found found;
+    for (std::size_t i = begin; i < end; ++i) {
+      if (!stars.keeps(static_cast<Index>(i))) continue;
+      const Triangle& triangle = t.triangles[i];
+      const bool at_rim = !(stars.keeps(triangle_of(triangle.n[0])) && stars.keeps(triangle_of(triangle.n[1])) &&
+                            stars.keeps(triangle_of(triangle.n[2])));
+      for (Index k = 0; k < 3; ++k) {
+        const Index from = triangle.v[k], to = triangle.v[next_side(k)];
+        const double step = z[to] - z[from];
+        if (at_rim || may_be_torn(step * step, std::max(third2[from], third2[to])))
+          found.push_back(half_edge(static_cast<Index>(i), k)), found.push_back(triangle.n[k]);
+        else if (!spread.empty() && may_be_torn(spread[from] * spread[from], third2[from]))
+          found.push_back(half_edge(static_cast<Index>(i), k));
+      }
+    }
+    return found;
+  });
+}
+
+/// Nodes that are covered, each by a half-edge that leaves it.
+struct Covered {
+  Array<unsigned char> cover;     // by node
+  std::vector<HalfEdge> leaving;  // of those not open
+};
+
+Covered covered_nodes(const Stars& stars, std::span<const Point2> xy, std::span<const double> z,
+                      std::span<const double> spread, std::span<const double> third2) {
+  Covered found;
+  found.cover.assign(xy.size(), open);
+  std::vector<HalfEdge> asked = candidates(stars, z, spread, third2);
+  constexpr unsigned char is_asked = 255;
+  std::size_t nodes = 0;
+  for (const HalfEdge h : asked)  // each node once
+    if (std::exchange(found.cover[stars.node(h)], is_asked) != is_asked) asked[nodes++] = h;
+  asked.resize(nodes);
+  for_blocks(nodes, default_block, [&](std::size_t begin, std::size_t end) {
+    Finder finder(stars, xy, z, spread);
+    for (std::size_t i = begin; i < end; ++i) found.cover[stars.node(asked[i])] = finder.cover(asked[i]);
+  });
+  for (const HalfEdge h : asked)
+    if (found.cover[stars.node(h)] != open) found.leaving.push_back(h);
+  return found;
+}
+
+/// f(half-edge) for the nodes within two edges; some more than once, but the neighbours of no node twice: `asked`.
 template <class F>
-void for_near(const Stars& stars, Index node, std::vector<bool>& asked, F&& f) {
-  stars.for_neighbours(node, [&](Index n) {
+void for_near(const Stars& stars, HalfEdge leaving, std::vector<bool>& asked, F&& f) {
+  stars.for_neighbours(leaving, [&](HalfEdge n) {
     f(n);
-    if (asked[n]) return;
-    asked[n] = true;
+    if (asked[stars.node(n)]) return;
+    asked[stars.node(n)] = true;
     stars.for_neighbours(n, f);
   });
 }
 
 /// Rule 4: the nodes of groups that count.
-std::vector<Index> groups_that_count(const Stars& stars, const Array<unsigned char>& cover) {
-  std::vector<Index> all;
-  std::vector<bool> seen(cover.size()), asked(cover.size());
-  for (std::size_t i = 0; i < cover.size(); ++i) {
-    if (cover[i] != surely_covered || seen[i]) continue;
-    std::vector<Index> group{static_cast<Index>(i)};
-    seen[i] = true;
+std::vector<HalfEdge> groups_that_count(const Stars& stars, const Covered& of) {
+  std::vector<HalfEdge> all;
+  std::vector<bool> seen(of.cover.size()), asked(of.cover.size());
+  const auto cover = [&](HalfEdge h) { return of.cover[stars.node(h)]; };
+  for (const HalfEdge start : of.leaving) {
+    if (cover(start) != surely_covered || seen[stars.node(start)]) continue;
+    std::vector<HalfEdge> group{start};
+    seen[stars.node(start)] = true;
     std::size_t sure = 0;
     for (std::size_t k = 0; k < group.size(); ++k) {
-      sure += cover[group[k]] == surely_covered ? 1 : 0;
-      const Index node = group[k];
-      for_near(stars, node, asked, [&](Index n) {
-        if (cover[n] == open || seen[n]) return;
-        seen[n] = true;
+      sure += cover(group[k]) == surely_covered ? 1 : 0;
+      const HalfEdge leaving = group[k];
+      for_near(stars, leaving, asked, [&](HalfEdge n) {
+        if (cover(n) == open || seen[stars.node(n)]) return;
+        seen[stars.node(n)] = true;
         group.push_back(n);
       });
     }
@@ -199,14 +247,14 @@ std::vector<Index> groups_that_count(const Stars& stars, const Array<unsigned ch
 }
 
 /// Rule 5, by node: those of the groups and their neighbours; empty if there are none.
-Array<unsigned char> nodes_of_folds(const Stars& stars, const Array<unsigned char>& cover) {
-  const std::vector<Index> seeds = groups_that_count(stars, cover);
+Array<unsigned char> nodes_of_folds(const Stars& stars, const Covered& of) {
+  const std::vector<HalfEdge> seeds = groups_that_count(stars, of);
   if (seeds.empty()) return {};
-  Array<unsigned char> folded(cover.size());
+  Array<unsigned char> folded(of.cover.size());
   std::fill(folded.begin(), folded.end(), static_cast<unsigned char>(0));
-  for (const Index seed : seeds) {
-    folded[seed] = 1;
-    stars.for_neighbours(seed, [&](Index n) { folded[n] = 1; });
+  for (const HalfEdge seed : seeds) {
+    folded[stars.node(seed)] = 1;
+    stars.for_neighbours(seed, [&](HalfEdge n) { folded[stars.node(n)] = 1; });
   }
   return folded;
 }
@@ -217,12 +265,10 @@ Folds find_folds(const Triangulation& t, std::span<const Point2> xy, std::span<c
                  std::span<const double> spread, const Footprint& footprint, const Context& context) {
   context.check();
   const Stars stars(t, footprint);
-  Array<unsigned char> cover(xy.size());
-  for_blocks(xy.size(), default_block, [&](std::size_t begin, std::size_t end) {
-    Finder finder(stars, xy, z, spread);
-    for (std::size_t i = begin; i < end; ++i) cover[i] = finder.cover(static_cast<Index>(i));
-  });
-  const Array<unsigned char> node = nodes_of_folds(stars, cover);
+  const bool known = !footprint.third2.empty();
+  const Array<double> own = known ? Array<double>() : squared_third_edges(t, xy);
+  const Array<double>& third2 = known ? footprint.third2 : own;
+  const Array<unsigned char> node = nodes_of_folds(stars, covered_nodes(stars, xy, z, spread, third2));
   Folds folds;
   if (node.empty()) return folds;
   folds.folded.resize(t.real);

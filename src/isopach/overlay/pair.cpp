@@ -14,7 +14,10 @@ Pair project_pair(const CloudView& a, const CloudView& b, const Pose& pose_b, co
 }
 
 void triangulate(Pair& pair, const Context& context) {
-  for_both([&](std::size_t k) { pair.scan[k].t = triangulate(pair.scan[k].field.xy, pair.frame.curve, context); });
+  for_both([&](std::size_t k) {
+    Scan& s = pair.scan[k];
+    s.t = triangulate(s.field.xy, s.field.keys, context);
+  });
 }
 
 }  // namespace isopach

@@ -108,18 +108,27 @@ std::vector<BorderSide> border_sides(const Triangulation& t, const Footprint& f,
     return sides;
   }
   const Footprint& alone = single != nullptr ? *single : f;
-  return gather_blocks<std::vector<BorderSide>>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
-    std::vector<BorderSide> part;
-    for (std::size_t i = begin; i < end; ++i) {
-      const Triangle& triangle = t.triangles[i];
-      const unsigned char own = extent_of(t, static_cast<Index>(i), f, alone);
-      for (Index k = 0; k < 3; ++k) {
-        const unsigned ends = own & ~unsigned{extent_of(t, triangle_of(triangle.n[k]), f, alone)};
-        if (ends != 0) part.push_back({triangle.v[k], triangle.v[next_side(k)], static_cast<unsigned char>(ends)});
-      }
-    }
-    return part;
-  });
+  // Seen from what lies beyond them, which is little, and then in the order of the triangles that they are sides of.
+  struct Found {
+    HalfEdge at;
+    unsigned char ends;
+  };
+  auto found =
+      gather_blocks<std::vector<Found>>(t.triangles.size(), default_block, [&](std::size_t begin, std::size_t end) {
+        std::vector<Found> part;
+        for (auto i = static_cast<Index>(begin); i < end; ++i) {
+          if (!t.is_ghost(i) && f.keeps(i) && alone.keeps(i)) continue;
+          const unsigned beyond = extent_of(t, i, f, alone);
+          for (const HalfEdge h : t.triangles[i].n) {
+            const unsigned ends = extent_of(t, triangle_of(h), f, alone) & ~beyond;
+            if (ends != 0) part.push_back({h, static_cast<unsigned char>(ends)});
+          }
+        }
+        return part;
+      });
+  std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) { return a.at < b.at; });
+  for (const Found& side : found) sides.push_back({t.origin(side.at), t.target(side.at), side.ends});
+  return sides;
 }
 
 std::vector<RimCrossing> crossings(const Triangulation& t, std::span<const Point2> xy,

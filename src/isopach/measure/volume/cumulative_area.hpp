@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <utility>
 #include <vector>
 
@@ -107,17 +108,24 @@ class Shares {
   Shares(const std::vector<Interval>& intervals, const FixedScale& scale)
       : intervals_(&intervals), shares_(intervals.size() + 1, Share(scale)) {}
 
-  void add(const Cell& cell) {        // values sorted
-    std::size_t first = 0, last = 0;  // intervals that the cell reaches into
-    for (const Interval& i : *intervals_) {
-      first += i.high < cell.d[0] ? 1 : 0;
-      last += i.low <= cell.d[2] ? 1 : 0;
+  /// Numbers of intervals.
+  struct Range {
+    std::size_t first, last;
+  };
+  /// Adds a cell, its values sorted, to the intervals that it reaches into, and gives the one that it ends before, to
+  /// which its area is still to be added. `near`: those before it lie below the cell, those from its end on above.
+  std::size_t add_inside(const Cell& cell, const Range& near) {
+    std::size_t first = near.first, last = near.first;
+    for (std::size_t k = near.first; k < near.last; ++k) {
+      first += (*intervals_)[k].high < cell.d[0] ? 1 : 0;
+      last += (*intervals_)[k].low <= cell.d[2] ? 1 : 0;
     }
     for (std::size_t k = first; k < last; ++k) shares_[k].add(cell, (*intervals_)[k]);
-    shares_[last].before.add(cell.area);
+    return last;
   }
-  /// Cells that end before interval k and not before the one before it, and reach into none.
-  void add_between(std::size_t k, const FixedSum& area) { shares_[k].before.add(area); }
+  /// Of cells that end before interval k and not before the one before it.
+  void add_before(std::size_t k, double area) { shares_[k].before.add(area); }
+  void add_before(std::size_t k, const FixedSum& area) { shares_[k].before.add(area); }
 
   [[nodiscard]] const Share& operator[](std::size_t k) const { return shares_[k]; }
 
@@ -162,8 +170,8 @@ class AreaUpTo {
             if (holds(d)) part.area.add(area);
           for (const Cell& cell : shares_[b][k].cut) {
             const Growth g = growth_of_d(cell, v);
-            part.area.add(g.area);
-            part.density.add(std::min(g.density, most));
+            if (g.area != 0) part.area.add(g.area);
+            if (g.density != 0) part.density.add(std::min(g.density, most));
           }
           return part;
         },
@@ -235,7 +243,10 @@ class EdgeSums {
   static constexpr std::size_t few_edges = 8;
 
   [[nodiscard]] std::size_t first_edge(double u) const {
-    return u <= 0 ? 0 : (u >= static_cast<double>(edges_) ? edges_ : static_cast<std::size_t>(std::ceil(u)));
+    if (u <= 0) return 0;
+    if (u >= static_cast<double>(edges_)) return edges_;
+    const auto whole = static_cast<std::int32_t>(u);  // rounded up without std::ceil, which is a call on older machines
+    return static_cast<std::size_t>(whole + (static_cast<double>(whole) < u ? 1 : 0));
   }
   // constant + factor · (k − root)² at the edges [from, to).
   void piece(std::size_t from, std::size_t to, double constant, double factor, double root) {

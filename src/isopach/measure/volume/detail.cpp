@@ -2,9 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <utility>
 
 #include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/base/short_sum.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/source.hpp"
@@ -31,12 +34,12 @@ SumBounds bounds_of_both(const OverlayMesh& a, const OverlayMesh& b) {
   return {(box.max.x - box.min.x) * (box.max.y - box.min.y), high - low};
 }
 
-double area_of(const OverlayMesh& m, std::size_t triangle) {
+[[gnu::always_inline]] inline double area_of(const OverlayMesh& m, std::size_t triangle) {
   const std::array<Index, 3> v = from_first_corner(m.t.triangles[triangle].v);
   return std::max(0.0, triangle_area(m.xy[v[0]], m.xy[v[1]], m.xy[v[2]]));
 }
 
-double area_per_node(const OverlayMesh& m, const FixedScale& scale) {
+double exact_area_per_node(const OverlayMesh& m, const FixedScale& scale) {
   const FixedSum area = reduce_blocks<FixedSum>(
       m.t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
@@ -49,17 +52,100 @@ double area_per_node(const OverlayMesh& m, const FixedScale& scale) {
   return m.xy.empty() ? 0 : area.value() / static_cast<double>(m.xy.size());
 }
 
-/// A third of the area of the kept triangles at each node.
-Array<double> node_areas(const OverlayMesh& m, const FixedScale& scale) {
-  std::vector<FixedSum> sums(m.xy.size(), FixedSum(scale));
+/// Blocks of the passes that add areas up.
+constexpr std::size_t area_block = std::size_t{1} << 15;
+
+/// Areas of the kept triangles, added as they come.
+double plain_area(const OverlayMesh& m) {
+  return reduce_blocks<double>(
+      m.t.real, area_block,
+      [&](std::size_t begin, std::size_t end) {
+        double part = 0;
+        for (std::size_t i = begin; i < end; ++i)
+          if (is_kept(m, static_cast<Index>(i))) part += area_of(m, i);
+        return part;
+      },
+      [](double& total, double part) { total += part; });
+}
+
+/// Whether b is the coarser of two meshes, by the exact sums of their areas; these are made where plain ones, block by
+/// block, do not tell. Summands are positive, so that a plain sum is off by less than one rounding for each addition
+/// that a summand takes part in.
+bool is_coarser(const OverlayMesh& b, double plain_b, const OverlayMesh& a, double plain_a, const FixedScale& scale) {
+  const auto per_node = [](double area, const OverlayMesh& m) {
+    return m.xy.empty() ? 0 : area / static_cast<double>(m.xy.size());
+  };
+  const auto slack = [](double value, const OverlayMesh& m) {
+    return value * 0x1p-52 * static_cast<double>(area_block + m.t.real / area_block + 8);
+  };
+  const double of_a = per_node(plain_a, a), of_b = per_node(plain_b, b);
+  if (of_b - slack(of_b, b) > of_a + slack(of_a, a)) return true;
+  if (of_b + slack(of_b, b) < of_a - slack(of_a, a)) return false;
+  return exact_area_per_node(b, scale) > exact_area_per_node(a, scale);
+}
+
+/// The sums of those nodes that short sums are not exact for.
+void add_up_again(const OverlayMesh& m, const FixedScale& scale, const Array<ShortSum>& sums, Array<double>& w) {
+  std::vector<Index> nodes;
+  for (std::size_t i = 0; i < sums.size(); ++i)
+    if (!sums[i].is_exact()) nodes.push_back(static_cast<Index>(i));
+  if (nodes.empty()) return;
+  std::vector<FixedSum> exact(nodes.size(), FixedSum(scale));
   for (Index i = 0; i < m.t.real; ++i) {
     if (!is_kept(m, i)) continue;
-    const double third = area_of(m, i) / 3;
-    for (const Index node : m.t.triangles[i].v) sums[node].add(third);
+    for (const Index node : m.t.triangles[i].v)
+      if (!sums[node].is_exact())
+        exact[static_cast<std::size_t>(std::lower_bound(nodes.begin(), nodes.end(), node) - nodes.begin())].add(
+            area_of(m, i) / 3);
   }
-  Array<double> w(m.xy.size());
-  for_each_index(w.size(), [&](std::size_t i) { w[i] = sums[i].value(); });
-  return w;
+  for (std::size_t k = 0; k < nodes.size(); ++k) w[nodes[k]] = exact[k].value();
+}
+
+struct NodeAreas {
+  Array<double> at;  // a third of the area of the kept triangles at each node, added exactly
+  double plain = 0;  // as plain_area
+};
+
+/// Triangles lie in memory as their nodes do, so a block of them writes to a range of nodes of its own and keeps what
+/// others get for the end.
+NodeAreas node_areas(const OverlayMesh& m, const FixedScale& scale) {
+  struct Third {
+    Index node;
+    double area;
+  };
+  struct Part {
+    std::vector<Third> elsewhere;
+    double plain = 0;
+  };
+  const double least = ShortSum::least_exact(scale);
+  Array<ShortSum> sums(m.xy.size());
+  const auto first_node = [&](std::size_t triangle) { return triangle * m.xy.size() / m.t.real; };
+  const Part all = reduce_blocks<Part>(
+      m.t.real, area_block,
+      [&](std::size_t begin, std::size_t end) {
+        const std::size_t first = first_node(begin), last = first_node(end);
+        Part part;
+        for (std::size_t i = begin; i < end; ++i) {
+          if (!is_kept(m, static_cast<Index>(i))) continue;
+          const double area = area_of(m, i), third = area / 3;
+          part.plain += area;
+          for (const Index node : m.t.triangles[i].v)
+            if (node >= first && node < last)
+              sums[node].add(third, least);
+            else
+              part.elsewhere.push_back({node, third});
+        }
+        return part;
+      },
+      [](Part& total, const Part& part) {
+        total.elsewhere.insert(total.elsewhere.end(), part.elsewhere.begin(), part.elsewhere.end());
+        total.plain += part.plain;
+      });
+  for (const Third& t : all.elsewhere) sums[t.node].add(t.area, least);
+  NodeAreas found{Array<double>(m.xy.size()), all.plain};
+  for_each_index(found.at.size(), [&](std::size_t i) { found.at[i] = sums[i].value(); });
+  add_up_again(m, scale, sums, found.at);
+  return found;
 }
 
 /// The kept triangles that a located point touches.
@@ -97,29 +183,50 @@ class Touching {
   Array<HalfEdge> leaving_;
 };
 
-struct Gathered {
-  Sum weight, difference;
-};
-
-/// For each triangle of the coarser mesh the weights, and weighted differences fine − coarse, of the nodes in it. In
-/// the order of the nodes, one after the other: a triangle may hold any number of them.
-std::vector<Gathered> gather(const OverlayMesh& coarse, const OverlayMesh& fine, const Array<double>& weight) {
-  std::vector<Gathered> found(coarse.t.real);
-  const Touching touching(coarse, fine.in_other);
-  for (std::size_t q = 0; q < fine.xy.size(); ++q) {
-    if (!(weight[q] > 0)) continue;
-    const Location at = fine.in_other[q];
-    const Index count = touching.visit(at, [](Index) {});
-    if (count == 0) continue;
-    const double share = weight[q] / static_cast<double>(count);
-    const double difference = fine.z[q] - fine.other_z[q];
-    touching.visit(at, [&](Index t) {
-      found[t].weight.add(share);
-      found[t].difference.add(share * difference);
-    });
+/// For each triangle of the coarser mesh the nodes of the finer one in it, those without weight left out.
+class NodesInside {
+ public:
+  NodesInside(const OverlayMesh& coarse, const OverlayMesh& fine, const Array<double>& weight)
+      : first_(coarse.t.real, no_index), next_(fine.xy.size()) {
+    const Touching touching(coarse, fine.in_other);
+    for (std::size_t q = fine.xy.size(); q-- > 0;) {  // the last comes first: lists are then in the order of the nodes
+      if (!(weight[q] > 0)) continue;
+      const Location at = fine.in_other[q];
+      if (at.kind == Kind::triangle) {
+        next_[q] = std::exchange(first_[at.id], static_cast<Index>(q));
+        continue;
+      }
+      const Index count = touching.visit(at, [](Index) {});
+      touching.visit(at, [&](Index t) {
+        const Index entry = static_cast<Index>(next_.size() + shared_.size());
+        shared_.push_back({static_cast<Index>(q), std::exchange(first_[t], entry), count});
+      });
+    }
   }
-  return found;
-}
+
+  /// f(node, how many triangles share it), in the order of the nodes.
+  template <class F>
+  void visit(std::size_t triangle, F&& f) const {
+    for (Index entry = first_[triangle]; entry != no_index;) {
+      if (entry < next_.size()) {
+        f(entry, Index{1});
+        entry = next_[entry];
+      } else {
+        const Shared& s = shared_[entry - next_.size()];
+        f(s.node, s.count);
+        entry = s.next;
+      }
+    }
+  }
+
+ private:
+  struct Shared {  // a node on an edge, or a node, of the coarser mesh: in one of the triangles that touch it
+    Index node, next, count;
+  };
+  Array<Index> first_;  // by triangle: a node, or the number of nodes and an index into shared_
+  Array<Index> next_;   // by node
+  std::vector<Shared> shared_;
+};
 
 /// Whether each node of the coarser mesh lies in a kept triangle of the finer one. A node of both does if it has area
 /// there.
@@ -138,19 +245,26 @@ Array<unsigned char> known_nodes(const OverlayMesh& coarse, const OverlayMesh& f
   return known;
 }
 
+/// Σ A δ and Σ A |δ| are the difference and the sum of the same two sums.
 struct DetailSums {
-  FixedSum area, signed_sum, size_sum;
+  FixedSum area, above, below;
   Index averaged = 0, bare = 0;
 
   DetailSums() = default;
-  explicit DetailSums(const SumScales& scales)
-      : area(scales.area), signed_sum(scales.volume), size_sum(scales.volume) {}
+  explicit DetailSums(const SumScales& scales) : area(scales.area), above(scales.volume), below(scales.volume) {}
+  void add(double of_triangle, double delta) {
+    area.add(of_triangle);
+    if (delta >= 0)
+      above.add(of_triangle * delta);
+    else
+      below.add(of_triangle * -delta);
+  }
 };
 
 void combine(DetailSums& total, const DetailSums& part) {
   total.area.add(part.area);
-  total.signed_sum.add(part.signed_sum);
-  total.size_sum.add(part.size_sum);
+  total.above.add(part.above);
+  total.below.add(part.below);
   total.averaged += part.averaged;
   total.bare += part.bare;
 }
@@ -163,8 +277,29 @@ double area_inside(const OverlayMesh& m, std::size_t triangle, const Domain& dom
   return area;
 }
 
-DetailSums add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gathered, const Array<unsigned char>& known,
-                  const Domain& domain, const SumScales& scales) {
+/// δ of a triangle that holds nodes of the finer mesh; nothing if it does not.
+std::optional<double> mean_inside(const OverlayMesh& fine, const NodesInside& nodes, const Array<double>& weight,
+                                  std::size_t triangle) {
+  Sum all, difference;  // one after the other: a triangle may hold any number of them
+  nodes.visit(triangle, [&](Index q, Index count) {
+    const double share = weight[q] / static_cast<double>(count);
+    all.add(share);
+    difference.add(share * (fine.z[q] - fine.other_z[q]));
+  });
+  if (!(all.value() > 0)) return std::nullopt;
+  return difference.value() / all.value();
+}
+
+/// Both meshes and what is known of their nodes.
+struct Scene {
+  const OverlayMesh &coarse, &fine;
+  const Array<double>& weight;  // of the finer mesh's nodes
+  const NodesInside& nodes;
+  const Array<unsigned char>& known;  // of the coarser mesh's
+};
+
+DetailSums add_up(const Scene& s, const Domain& domain, const SumScales& scales) {
+  const OverlayMesh& coarse = s.coarse;
   return reduce_blocks<DetailSums>(
       coarse.t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
@@ -172,17 +307,13 @@ DetailSums add_up(const OverlayMesh& coarse, const std::vector<Gathered>& gather
         Domain::Scratch scratch;
         for (std::size_t i = begin; i < end; ++i) {
           const std::array<Index, 3> v = from_first_corner(coarse.t.triangles[i].v);
-          if (!is_kept(coarse, static_cast<Index>(i)) || (known[v[0]] & known[v[1]] & known[v[2]]) == 0) continue;
+          if (!is_kept(coarse, static_cast<Index>(i)) || (s.known[v[0]] & s.known[v[1]] & s.known[v[2]]) == 0) continue;
           const auto at = [&](Index node) { return coarse.other_z[node] - coarse.z[node]; };
           const double area = domain.is_everything() ? area_of(coarse, i) : area_inside(coarse, i, domain, scratch);
           if (!domain.is_everything() && !(area > 0)) continue;
-          const double weight = gathered[i].weight.value();
-          const bool is_bare = !(weight > 0);
-          const double delta = is_bare ? (at(v[0]) + at(v[1]) + at(v[2])) / 3 : gathered[i].difference.value() / weight;
-          part.area.add(area);
-          part.signed_sum.add(area * delta);
-          part.size_sum.add(area * std::fabs(delta));
-          ++(is_bare ? part.bare : part.averaged);
+          const std::optional<double> mean = mean_inside(s.fine, s.nodes, s.weight, i);
+          part.add(area, mean ? *mean : (at(v[0]) + at(v[1]) + at(v[2])) / 3);
+          ++(mean ? part.averaged : part.bare);
         }
         return part;
       },
@@ -196,21 +327,26 @@ std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayM
   context.check();
   const SumScales scales(bounds_of_both(a, b));
   DetailMeasure m;
-  m.coarser_is_b = area_per_node(b, scales.area) > area_per_node(a, scales.area);
+  // The areas at the nodes of the finer mesh are wanted, and tell which one it is: most often the one of more nodes.
+  const bool more_in_b = b.xy.size() > a.xy.size();
+  NodeAreas areas = node_areas(more_in_b ? b : a, scales.area);
+  const double plain_other = plain_area(more_in_b ? a : b);
+  m.coarser_is_b = more_in_b ? is_coarser(b, areas.plain, a, plain_other, scales.area)
+                             : is_coarser(b, plain_other, a, areas.plain, scales.area);
   const OverlayMesh& coarse = m.coarser_is_b ? b : a;
   const OverlayMesh& fine = m.coarser_is_b ? a : b;
-  const Array<double> weight = node_areas(fine, scales.area);
-  std::vector<Gathered> gathered;
+  if (m.coarser_is_b == more_in_b) areas = node_areas(fine, scales.area);
+  const Array<double>& weight = areas.at;
+  std::optional<NodesInside> nodes;
   Array<unsigned char> known;
-  both([&] { gathered = gather(coarse, fine, weight); },
-       [&] { known = known_nodes(coarse, fine, weight, extrapolate); });
-  const DetailSums total = add_up(coarse, gathered, known, domain, scales);
-  m.area = total.area.value();
+  both([&] { nodes.emplace(coarse, fine, weight); }, [&] { known = known_nodes(coarse, fine, weight, extrapolate); });
+  const DetailSums all = add_up({coarse, fine, weight, *nodes, known}, domain, scales);
+  m.area = all.area.value();
   if (!(m.area > 0)) return std::nullopt;
-  m.rho = total.size_sum.value() / m.area;
-  m.mean = (m.coarser_is_b ? -1 : 1) * total.signed_sum.value() / m.area;
-  m.averaged = total.averaged;
-  m.bare = total.bare;
+  m.rho = total(all.above, all.below) / m.area;
+  m.mean = (m.coarser_is_b ? -1 : 1) * difference(all.above, all.below) / m.area;
+  m.averaged = all.averaged;
+  m.bare = all.bare;
   return m;
 }
 

@@ -6,6 +6,7 @@
 #include <optional>
 #include <span>
 #include <type_traits>
+#include <utility>
 
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/random.hpp"
@@ -31,12 +32,24 @@ std::pair<Cell, double> one_by_chance(std::span<const Cell> cells, double draw) 
 // Of what can be told without making cells.
 double quick_largest(const CellView& cells, std::size_t item) {
   double largest = 0;
-  for_cells(cells, item, item + 1, [&](const Cell& cell) {
-    for (const double d : cell.d) largest = std::max(largest, std::fabs(d));
-  });
+  const auto look_at = [&](double d) { largest = std::max(largest, std::fabs(d)); };
+  if (item < cells.t.real)
+    for (const Index v : cells.t.triangles[item].v) look_at(cells.d(v));
+  else
+    for (const Corner& c : cells.pieces[item - cells.t.real].at) look_at(c.d());
   return largest;
 }
 double quick_largest(const OverlayCells&, std::size_t) { return 0; }
+
+// Which items are in a sample, by their names: about `share` of them, all if that is 1.
+class Choice {
+ public:
+  explicit Choice(double share) : below_(static_cast<std::uint64_t>(std::ceil(share * 0x1p53))) {}
+  [[nodiscard]] bool holds(std::uint64_t name) const { return RandomStream(0, 0).bits(name) >> 11 < below_; }
+
+ private:
+  std::uint64_t below_;
+};
 
 // Points strewn over a sample of the items: an estimate of the distribution, to know where to look for a quantile.
 // Which items are in it, and where on them the points lie, follows from the items' names, so from coordinates alone.
@@ -47,7 +60,7 @@ class Estimate {
     constexpr double enough = 1 << 16;
     const std::size_t n = items_of(source);
     complete_ = static_cast<double>(n) <= enough;
-    const double share = complete_ ? 1 : enough / static_cast<double>(n);
+    const Choice sample(complete_ ? 1 : enough / static_cast<double>(n));
     struct Part {
       Points points;
       double largest = 0;
@@ -58,11 +71,12 @@ class Estimate {
           context.check();
           Part part;
           std::vector<Cell> cells;
+          double largest = 0;  // in a register
           for (std::size_t i = begin; i < end; ++i) {
             if (!may_have_cells(source, i)) continue;
             const std::uint64_t name = name_of(source, i);
-            if (!complete_ && RandomStream(0, 0).uniform(name) >= share) {
-              part.largest = std::max(part.largest, quick_largest(source, i));
+            if (!sample.holds(name)) {
+              largest = std::max(largest, quick_largest(source, i));
               continue;
             }
             cells.clear();
@@ -71,6 +85,7 @@ class Estimate {
               for (const double d : cell.d) part.largest = std::max(part.largest, std::fabs(d));
             if (!cells.empty()) part.points.push_back(point_on(cells, name));
           }
+          part.largest = std::max(part.largest, largest);
           return part;
         },
         [](Part& total, const Part& part) {
@@ -85,6 +100,7 @@ class Estimate {
       for (auto& [d, area] : points_) d = -d;
       std::sort(points_.begin(), points_.end());
     }
+    sizes_ = folded(0);
     double squares = 0;
     for (const auto& [d, area] : points_) area_ += area, squares += area * area;
     deviation_ = area_ > 0 ? std::sqrt(squares) / area_ : 1;
@@ -101,7 +117,7 @@ class Estimate {
   /// About the value that |d| exceeds on 1 − share of the area.
   [[nodiscard]] double absolute_quantile(double share) const {
     double sum = 0;
-    for (const auto& [x, area] : folded(0))
+    for (const auto& [x, area] : sizes_)
       if ((sum += area) >= share * area_) return x;
     return largest_;
   }
@@ -110,7 +126,8 @@ class Estimate {
   [[nodiscard]] Interval bracket(const Quantile& q, double limit) const {
     constexpr double deviations = 3;
     const double slack = deviations * deviation_ * std::sqrt(q.share * (1 - q.share));
-    const auto points = q.absolute ? folded(q.centre) : points_;
+    const Points about_centre = q.absolute && q.centre != 0 ? folded(q.centre) : Points{};
+    const Points& points = !q.absolute ? points_ : q.centre != 0 ? about_centre : sizes_;
     Interval result{q.absolute ? 0 : -limit, q.absolute ? limit + std::fabs(q.centre) : limit};
     double sum = 0;
     for (const auto& [x, area] : points) {
@@ -144,12 +161,13 @@ class Estimate {
 
   [[nodiscard]] Points folded(double centre) const {
     Points below, above, all;
+    for (Points* p : {&below, &above, &all}) p->reserve(points_.size());
     for (const auto& [d, area] : points_) (d < centre ? below : above).emplace_back(std::fabs(d - centre), area);
     std::merge(below.rbegin(), below.rend(), above.begin(), above.end(), std::back_inserter(all));
     return all;
   }
 
-  Points points_;
+  Points points_, sizes_;  // of d, of |d|
   double area_ = 0, deviation_ = 1, largest_ = 0;
   bool complete_ = false, mirrored_ = false;
 };
@@ -222,8 +240,8 @@ struct Search {
   }
 };
 
-// What the pass over the cells looks for. Slot k holds the values of d between the edges k − 1 and k of the histogram;
-// it is quiet if no interval of a quantile reaches into it.
+// What the pass over the cells looks for. Slot k holds the values of d between the edges k − 1 and k of the histogram.
+// The intervals of quantiles that reach into it cut it into bins, one more than there are; into most slots none does.
 class Plan {
  public:
   Plan(std::vector<Interval> of_quantiles, double half, std::size_t bins, const SumScales& for_sums, bool is_mirrored)
@@ -231,21 +249,25 @@ class Plan {
         scales(for_sums),
         mirrored(is_mirrored),
         no_edges(-half, half, bins, for_sums.area),
-        quiet_(bins + 2, 1),
-        next_(bins + 2) {
+        slots_(bins + 2) {
     for (const Interval& i : intervals) {
-      const std::size_t first = slot_of(i.low), last = slot_of(i.high);
-      std::fill(quiet_.begin() + static_cast<std::ptrdiff_t>(first),
-                quiet_.begin() + static_cast<std::ptrdiff_t>(last) + 1, 0);
-      for (std::size_t k = last + 1; k < next_.size(); ++k) ++next_[k];
+      for (std::size_t k = slot_of(i.high) + 1; k < slots_.size(); ++k) ++slots_[k].near.first;
+      for (std::size_t k = slot_of(i.low); k < slots_.size(); ++k) ++slots_[k].near.last;
     }
+    for (Slot& s : slots_) s.first_bin = std::exchange(bins_, bins_ + s.near.last - s.near.first + 1);
   }
 
   [[nodiscard]] std::size_t slot_of(double d) const { return no_edges.edges_below(d); }
-  [[nodiscard]] std::size_t slots() const { return quiet_.size(); }
-  [[nodiscard]] bool is_quiet(std::size_t slot) const { return quiet_[slot] != 0; }
-  /// Of a quiet slot: the first interval behind it.
-  [[nodiscard]] std::size_t next_interval(std::size_t slot) const { return next_[slot]; }
+  [[nodiscard]] std::size_t slots() const { return slots_.size(); }
+  [[nodiscard]] std::size_t bins() const { return bins_; }
+  /// Of cells whose least and largest value lie in these slots: the intervals that they may reach into.
+  [[nodiscard]] Shares::Range near(std::size_t low, std::size_t high) const {
+    return {slots_[low].near.first, slots_[high].near.last};
+  }
+  /// Of cells that lie in a slot and end before an interval.
+  [[nodiscard]] std::size_t bin(std::size_t slot, std::size_t before) const {
+    return slots_[slot].first_bin + (before - slots_[slot].near.first);
+  }
 
   const std::vector<Interval> intervals;
   const SumScales scales;
@@ -253,8 +275,12 @@ class Plan {
   const EdgeSums no_edges;
 
  private:
-  std::vector<unsigned char> quiet_;
-  std::vector<std::size_t> next_;
+  struct Slot {
+    Shares::Range near{0, 0};
+    std::size_t first_bin = 0;
+  };
+  std::vector<Slot> slots_;
+  std::size_t bins_ = 0;
 };
 
 // All that a block of cells adds. The area of a cell is added once, to the sum that most of the others are made of.
@@ -263,27 +289,31 @@ struct Tally {
   Totals totals{plan.scales};
   EdgeSums edges = plan.no_edges;
   Shares shares{plan.intervals, plan.scales.area};
-  std::vector<FixedSum> within = std::vector<FixedSum>(plan.slots(), FixedSum(plan.scales.area));  // cells in one slot
+  std::vector<FixedSum> within = std::vector<FixedSum>(plan.bins(), FixedSum(plan.scales.area));  // cells in one slot
 
   void add(const Cell& unsorted) {
     Cell cell = sorted(unsorted);
     if (plan.mirrored) cell.d = {-cell.d[2], -cell.d[1], -cell.d[0]};
     totals.add_heights(cell);
-    const std::size_t slot = plan.slot_of(cell.d[0]);
-    const bool is_within = plan.slot_of(cell.d[2]) == slot;
-    if (is_within) {
-      within[slot].add(cell.area);
+    const std::size_t low = plan.slot_of(cell.d[0]), high = plan.slot_of(cell.d[2]);
+    const std::size_t before = shares.add_inside(cell, plan.near(low, high));
+    if (low == high) {
+      within[plan.bin(low, before)].add(cell.area);
     } else {
       totals.of.area.add(cell.area);
       edges.add(cell);
+      shares.add_before(before, cell.area);
     }
-    if (!(is_within && plan.is_quiet(slot))) shares.add(cell);
   }
   void close() {
-    for (std::size_t slot = 0; slot < within.size(); ++slot) {
-      totals.of.area.add(within[slot]);
-      edges.add_between(slot, within[slot]);
-      if (plan.is_quiet(slot)) shares.add_between(plan.next_interval(slot), within[slot]);
+    for (std::size_t slot = 0; slot < plan.slots(); ++slot) {
+      const Shares::Range near = plan.near(slot, slot);
+      for (std::size_t before = near.first; before <= near.last; ++before) {
+        const FixedSum& area = within[plan.bin(slot, before)];
+        totals.of.area.add(area);
+        edges.add_between(slot, area);
+        shares.add_before(before, area);
+      }
     }
   }
 };

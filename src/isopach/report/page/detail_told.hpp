@@ -10,7 +10,7 @@ inline constexpr double different_densities = 1.25;
 
 /// Where it was asked for, or where the scans are of different density over what they share. Between equally dense
 /// scans there is no detail that one alone can hold, and ρ_dV is ρ with some of the noise averaged out. False where
-/// there is no ρ_dV. Cost O(points). Test: tests/report/detail_told_test.cpp.
+/// there is no ρ_dV. Test: tests/report/detail_told_test.cpp.
 [[nodiscard]] bool tells_detail(const Comparison& c);
 
 }  // namespace isopach
