@@ -154,7 +154,7 @@ def _polygons_words(call: Call, value: Any, keyword: str) -> list[str]:
         return [os.fsdecode(value)]
     if isinstance(value, (list, tuple)):
         return [word for part in value for word in _polygons_words(call, part, keyword)]
-    crs = getattr(value, "crs", None)
+    crs: Any = getattr(value, "crs", None)
     text = crs.to_wkt() if hasattr(crs, "to_wkt") else ""
     word = call.token()
     call.given.add_polygons(word, keyword, text, _features(value, keyword))

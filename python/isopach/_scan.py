@@ -44,6 +44,8 @@ class Scan:
     """
 
     __slots__ = ("_core", "_epoch")
+    _core: Any
+    _epoch: float | None
 
     def __init__(self, core: Any, epoch: float | None = None) -> None:
         object.__setattr__(self, "_core", core)
@@ -233,7 +235,7 @@ def _threads(threads: int | None) -> int:
 def _numbers(values: Any, what: str, argument: str) -> np.ndarray:
     """As float64 that the core can use where it lies; copied once where it is anything else."""
     if isinstance(values, np.ma.MaskedArray):
-        values = values.astype(np.float64).filled(np.nan)
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     try:
         array = np.asarray(values)
     except Exception as cause:
