@@ -128,6 +128,7 @@ void bind_verbs(nb::module_& module) {
 
 NB_MODULE(_core, m) {
   using namespace isopach::python;
+  nb::set_leak_warnings(false);  // what a cache still holds when the interpreter ends is no fault of anybody's
   m.doc() = "The verbs of isopach, as the package isopach uses them; not for direct use.";
   m.attr("version") = std::string(isopach::version);
   make_failure_type(m);

@@ -10,6 +10,7 @@ import numpy as np
 
 from . import _core
 from ._arrays import Cells
+from ._check import above_zero, box_of, shown
 from ._errors import UsageError
 from ._result import Result, needed
 from ._scan import _guarded, _numbers
@@ -81,9 +82,10 @@ class WithCells(Result):
         return Profile(s=s, x=x, y=y, z_a=z_a, z_b=z_b, dz=z_b - z_a, unit=self.unit)
 
     def _sampled(self, chain: np.ndarray, step: float, *corners: np.ndarray) -> Any:
-        if not step > 0:
-            raise UsageError(f"step: {step} is not a number above 0")
+        step = above_zero(step, "step")
         ways = np.concatenate([[0], np.cumsum(np.hypot(*np.diff(chain, axis=0).T))])
+        if ways[-1] / step > 2**31:
+            raise UsageError(f"step: {step} makes too many places: choose a larger one")
         s = np.arange(0, ways[-1], step)
         x, y = np.interp(s, ways, chain[:, 0]), np.interp(s, ways, chain[:, 1])
         z_a, z_b = self._heights(np.column_stack([x, y]))
@@ -114,18 +116,16 @@ class WithCells(Result):
         return xarray.Dataset(data, {"x": x, "y": y}, {"resolution": resolution, "unit": self.unit, "crs": crs or ""})
 
     def _raster(self, resolution: float, average: bool, bounds: Any) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
-        step = float(resolution)
-        if not (step > 0 and np.isfinite(step)):
-            raise UsageError(f"resolution: {resolution} is not a number above 0")
+        step = above_zero(resolution, "resolution")
         cells = self.cells
         offset = np.asarray(cells._data["offset"])
         xy = cells._local_xy[np.unique(cells.triangles)] + offset[:2] if len(cells) else np.zeros((1, 2))
-        low, high = (xy.min(axis=0), xy.max(axis=0)) if bounds is None else (np.array(bounds[:2], float),
-                                                                             np.array(bounds[2:], float))
+        box = np.concatenate([xy.min(axis=0), xy.max(axis=0)]) if bounds is None else box_of(bounds, "bounds")
+        low, high = box[:2], box[2:]
         first, last = np.floor(low / step), np.maximum(np.ceil(high / step), np.floor(low / step) + 1)
+        if not (last - first).prod() <= 2**31 or not (last - first).max() <= 2**31:
+            raise UsageError("resolution: {:.4g} x {:.4g} pixels are too many: choose a coarser one".format(*(last - first)))
         columns, rows = (int(v) for v in last - first)
-        if columns * rows > 2**31:
-            raise UsageError(f"resolution: {columns} x {rows} pixels are too many: choose a coarser one")
         corner = first * step
         x = corner[0] + (np.arange(columns) + 0.5) * step
         y = corner[1] + (np.arange(rows) + 0.5) * step
@@ -169,7 +169,7 @@ class WithCells(Result):
     def to_geopandas(self, what: str = "cells") -> Any:
         """A GeoDataFrame: "cells", a triangle each with its mean dz, z_a, z_b and area; needs geopandas."""
         if what != "cells":
-            raise UsageError(f"what: {what!r} is not 'cells'")
+            raise UsageError(f"what: {shown(what)} is not 'cells'")
         geopandas = needed("geopandas", "geo")
         shapely = needed("shapely", "geo")
         cells = self.cells

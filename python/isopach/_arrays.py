@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from ._check import shown
 from ._errors import UsageError
 from ._scan import _read_only
 
@@ -111,8 +112,8 @@ class Cells:
 
     def points(self, surface: str = "b") -> np.ndarray:
         """(n, 3) corners on the surface "a" or "b", in the coordinates of the input."""
-        if surface not in ("a", "b"):
-            raise UsageError(f"surface: {surface!r} is not 'a' or 'b'")
+        if not isinstance(surface, str) or surface not in ("a", "b"):
+            raise UsageError(f"surface: {shown(surface)} is not 'a' or 'b'")
         z = self.z_a if surface == "a" else self.z_b
         along = np.column_stack([self.xy, z])
         return along if np.array_equal(self.axes, np.eye(3)) else along @ self.axes

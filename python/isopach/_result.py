@@ -13,6 +13,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from ._arrays import Cells, Fields
+from ._check import path_of
 from ._errors import Error, UsageError
 from ._progress import listener
 from ._record import Record
@@ -120,8 +121,8 @@ class Result(Record):
             option = "--" + known[keyword]
             words.append(os.fsencode(option if value is True else f"{option}={plain_word(value, keyword)}"))
         with listener(progress) as told:
-            _guarded(self._found.save, os.fsencode(folder), words, told)
-        return pathlib.Path(folder)
+            _guarded(self._found.save, path_of(folder, "folder"), words, told)
+        return pathlib.Path(os.fsdecode(folder))
 
     def report(self, path: str | os.PathLike[str], **options: Any) -> pathlib.Path:
         """Writes the report alone: one HTML file that opens from disk, without a network. `options` as of save."""
