@@ -20,6 +20,7 @@ import resource
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import time
 import warnings
@@ -38,26 +39,35 @@ def cloud(n, seed, lift=0.0):
 
 
 def overhead(told):
-    """What of the time of a call its result does not state as that of the function of the library, in shares of that."""
+    """Time of a call over that of the function of C++ with the same arrays, less 1; of the processor, which other work on
+    the machine hardly changes. Both in turns, so that they meet the same machine."""
     found = {}
-    for n in (told.points // 100, told.points):
-        a, b = cloud(n, 1), cloud(n, 2, 0.1)
-        isopach.compare(a, b)
-        shares, inside = [], []
-        for _ in range(told.repeats):
-            begin = time.perf_counter()
-            result = isopach.compare(a, b)
-            wall = time.perf_counter() - begin
-            inside.append(result.timing_s.total)
-            shares.append(wall / inside[-1] - 1)
-        found[n] = {"median": float(np.median(shares)), "most": max(shares), "seconds": float(np.median(inside))}
+    with tempfile.TemporaryDirectory() as folder:
+        for n in (told.points // 100, told.points):
+            scans = cloud(n, 1), cloud(n, 2, 0.1)
+            files = [pathlib.Path(folder, name) for name in ("a.npy", "b.npy")]
+            for file, scan in zip(files, scans, strict=True):
+                np.save(file, scan)
+            inside, outside = [], []
+            for _ in range(told.repeats):
+                run = subprocess.run([told.call, *files, "2"], capture_output=True, text=True, check=True)
+                inside.append(float(run.stdout.split()[-2]))  # of the second call of each: the first one warms up
+                for _ in range(2):
+                    begin = time.process_time()
+                    net = isopach.compare(*scans).volume.net
+                    used = time.process_time() - begin
+                outside.append(used)
+                assert net == float(run.stdout.split()[-1])
+            found[n] = {"share": float(np.median(outside) / np.median(inside) - 1), "seconds": float(np.median(inside)),
+                        "spread": float((max(inside) - min(inside)) / np.median(inside))}
     return {"repeats": told.repeats, "points": found}
 
 
 COPIES = """
 import resource, sys, isopach, numpy as np
 n = {n}
-a = np.random.default_rng(1).uniform(0, 1, (n, 3)){change}
+numbers = np.random.default_rng(1)
+a = {made}
 peak = lambda: resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
 before = peak()
 s = isopach.scan(a)
@@ -68,9 +78,11 @@ print(peak() - before, s.points.nbytes)
 def copies(told):
     """What a scan of an array adds to the peak of memory, in shares of n x 3 doubles."""
     found = {}
-    for title, change in (("float64, C order", ""), ("float64, Fortran order", ".copy(order='F')"),
-                          ("float64, every second row", ".repeat(2, axis=0)[::2]"), ("float32", ".astype(np.float32)")):
-        run = subprocess.run([sys.executable, "-c", COPIES.format(n=4 * told.points, change=change)], capture_output=True,
+    made = {"float64, C order": "numbers.random((n, 3))", "float64, Fortran order": "numbers.random((3, n)).T",
+            "float64, every second row": "numbers.random((2 * n, 3))[::2]",
+            "float32": "numbers.random((n, 3), dtype=np.float32)"}  # nothing larger before: the peak would hide a copy
+    for title, array in made.items():
+        run = subprocess.run([sys.executable, "-c", COPIES.format(n=4 * told.points, made=array)], capture_output=True,
                              text=True, check=True)
         grown, size = map(int, run.stdout.split())
         found[title] = 1024 * grown / size
@@ -181,6 +193,7 @@ SECTIONS = {"overhead": overhead, "copies": copies, "interrupt": interrupt, "gro
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--page", type=pathlib.Path, help="the page to write, e.g. docs/evidence/python.md")
+    parser.add_argument("--call", default=ROOT / "build/release/bin/isopach-call", help="the target isopach-call")
     parser.add_argument("--only", default=",".join(SECTIONS), help="sections, by commas: %(default)s")
     parser.add_argument("--points", type=int, default=1_000_000, metavar="N", help="points of each scan")
     parser.add_argument("--long", type=int, default=10_000_000, metavar="N", help="points of each scan of the interrupted runs")

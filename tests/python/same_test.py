@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import pathlib
+import subprocess
 from collections.abc import Iterable
 from typing import Any
 
@@ -75,11 +76,17 @@ CASES: list[tuple[str, str, str, dict[str, Any]]] = [
 ]
 
 
+def succeeded(told: subprocess.CompletedProcess[str]) -> None:
+    if "needs GDAL" in told.stderr:
+        pytest.skip("built without GDAL, as portable wheels are: no polygons of files")
+    assert told.returncode == 0, told.stderr
+
+
 @pytest.mark.filterwarnings("ignore::isopach.ScanWarning")
 @pytest.mark.parametrize(("verb", "scans", "words", "keywords"), CASES, ids=lambda value: str(value)[:60])
 def test_command_line_and_python_say_the_same(folder: pathlib.Path, cli: Cli, monkeypatch: pytest.MonkeyPatch, verb: str, scans: str, words: str, keywords: dict[str, Any]) -> None:
     told = cli(verb, *scans.split(), *words.split(), "--json", "-", cwd=folder)
-    assert told.returncode == 0, told.stderr
+    succeeded(told)
     monkeypatch.chdir(folder)
     of_paths = getattr(isopach, verb)(*scans.split(), **keywords)
     assert without_timing(of_paths.to_json()) == without_timing(told.stdout)
@@ -128,7 +135,7 @@ def test_files_are_those_of_the_command_line(folder: pathlib.Path, cli: Cli, tmp
     monkeypatch.chdir(folder)
     shell, python = tmp_path / "shell", tmp_path / "python"
     told = cli(verb, *scans.split(), *words.split(), "-o", shell, "--quiet", cwd=folder)
-    assert told.returncode == 0, told.stderr
+    succeeded(told)
     getattr(isopach, verb)(*scans.split(), **keywords).save(python)
     names = sorted(path.name for path in shell.iterdir())
     assert sorted(path.name for path in python.iterdir()) == names
