@@ -1,6 +1,6 @@
 // What the function of C++ takes for two arrays of (n, 3) doubles, for bench/python/costs.py: seconds of the wall and
 // of the processor of each call, from outside, with what it frees at its end.
-//   isopach-call A.npy B.npy REPEATS
+//   isopach-call A.ply B.ply REPEATS
 #include <chrono>
 #include <cstdio>
 #include <cstdlib>

@@ -42,7 +42,7 @@ def _interrupt(found):
 
 
 def _growth(found):
-    yield (f"growth of the peak of memory over {_points(found['calls'])} calls on 1000 points", "none",
+    yield (f"growth of memory over {_points(found['calls'])} calls on 1000 points", "none",
            f"{found['kB'] / 1000:.1f} MB on {found['before_kB'] / 1000:.0f} MB{_yes(found['kB'] < 2000)}")
 
 
