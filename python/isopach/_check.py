@@ -55,8 +55,8 @@ def float_of(value: Any, argument: str) -> float:
 
 def above_zero(value: Any, argument: str) -> float:
     number = float_of(value, argument)
-    if not (number > 0 and np.isfinite(number)):
-        raise UsageError(f"{argument}: {shown(value)} is not a number above 0")
+    if not 1e-100 < number < 1e100:  # whose square is a number, too
+        raise UsageError(f"{argument}: {shown(value)} is not a number above 0, of the size of a length")
     return number
 
 

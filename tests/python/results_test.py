@@ -269,3 +269,9 @@ def test_missing_package_is_named_in_one_line(result: isopach.Comparison, monkey
     monkeypatch.delitem(__import__("sys").modules, "xarray", raising=False)
     with pytest.raises(isopach.Error, match=re.escape("pip install 'isopach[xarray]'")):
         result.to_xarray(10)
+
+
+@pytest.mark.parametrize("wrong", [0, -1, np.nan, np.inf, 1.34e154, 1e-300, "x", None, [1, 2]], ids=str)
+def test_resolutions_that_are_none(result: isopach.Comparison, wrong: Any) -> None:
+    with pytest.raises(isopach.UsageError, match="^resolution: "):
+        result._raster(wrong, True, None)
