@@ -16,14 +16,14 @@ demo: setup  ## a comparison with known truth, and its report; builds the progra
 	@cmake --build --preset release -j $(JOBS) --target isopach-bin
 	@build/release/bin/isopach demo -o out/demo
 
-# From then on `make test` runs its tests, too.
 python: setup  ## the Python module, to be imported from build/release/python; pip install . installs it
-	@test -x build/venv/bin/python || python3 -m venv build/venv
-	@build/venv/bin/python -m pip install --quiet nanobind numpy pytest mypy
-	@cmake --preset release --log-level=WARNING -DISOPACH_PYTHON=ON -DPython_EXECUTABLE=$(CURDIR)/build/venv/bin/python
+	@told=$$(scripts/python_venv --needed) && cmake --preset release --log-level=WARNING $$told
 	@cmake --build --preset release -j $(JOBS) --target isopach-python isopach-bin
 
-test: build  ## all tests; the last lines are ctest's own
+# The module and its tests are left out, with a message, where pip cannot fetch what they are built with.
+test: setup  ## all tests, those of the Python module, too; the last lines are ctest's own
+	@cmake --preset release --log-level=WARNING $$(scripts/python_venv)
+	@cmake --build --preset release -j $(JOBS)
 	@ctest --preset release -j $(JOBS)
 
 bench: setup  ## builds for this machine, runs the experiments, writes docs/evidence/benchmark.md; BENCH=--quick for a minute

@@ -20,6 +20,8 @@ packages=(
   libcli11-dev
   # tests and benchmarks
   libgtest-dev libboost-dev libcgal-dev
+  # the Python module; what else it is built and tested with comes by pip into an environment (scripts/python_venv)
+  python3-dev python3-venv
 )
 
 # Debian 12 is the one Debian release without LASzip. The three packages of Debian 13 need nothing newer than Debian 12

@@ -54,7 +54,7 @@ def listener(progress: Any) -> Iterator[Callable[[str, float], Any] | None]:
         raise UsageError("progress: neither True nor a function of (stage, fraction)")
     bar: _Bar | _Line
     try:
-        from tqdm.auto import tqdm
+        from tqdm.auto import tqdm  # type: ignore[import-untyped,unused-ignore]
         bar = _Bar(tqdm)
     except ImportError:
         bar = _Line()

@@ -12,6 +12,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._check import float_of, path_of, shown
 from ._errors import ScanWarning, UsageError, error_of
 from ._progress import listener
 from ._scan import Scan, _scan_of, _threads, as_scan
@@ -42,7 +43,7 @@ class Call:
         return f"\x1f{self.count}"  # no name of a file begins so
 
     def put(self, *words: str | bytes) -> None:
-        self.words += [word if isinstance(word, bytes) else os.fsencode(word) for word in words]
+        self.words += [word if isinstance(word, bytes) else path_of(word, self.verb) for word in words]
 
     def scan_word(self, thing: Any, argument: str) -> str:
         found = as_scan(thing, argument)
@@ -70,7 +71,7 @@ def number_word(value: Any, keyword: str) -> str:
         raise UsageError(f"{keyword}: {value} is not a number")
     if isinstance(value, (int, np.integer)):
         return str(int(value))
-    return repr(float(value))
+    return repr(float_of(value, keyword))
 
 
 def plain_word(value: Any, keyword: str) -> str:
@@ -154,7 +155,7 @@ def _polygons_words(call: Call, value: Any, keyword: str) -> list[str]:
         return [os.fsdecode(value)]
     if isinstance(value, (list, tuple)):
         return [word for part in value for word in _polygons_words(call, part, keyword)]
-    crs = getattr(value, "crs", None)
+    crs: Any = getattr(value, "crs", None)
     text = crs.to_wkt() if hasattr(crs, "to_wkt") else ""
     word = call.token()
     call.given.add_polygons(word, keyword, text, _features(value, keyword))
@@ -189,7 +190,7 @@ def _option(call: Call, keyword: str, row: Mapping[str, Any], value: Any) -> Non
     option = "--" + row["names"][0]
     if row["flag"]:
         if not isinstance(value, (bool, np.bool_)):
-            raise UsageError(f"{keyword}: {value!r} is not True or False")
+            raise UsageError(f"{keyword}: {shown(value)} is not True or False")
         if value:
             call.put(option)
         return

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from . import _core
+from ._check import box_of, path_of, shown, text_of
 from ._errors import InputError, UsageError, error_of
 from ._progress import listener
 
@@ -44,6 +45,8 @@ class Scan:
     """
 
     __slots__ = ("_core", "_epoch")
+    _core: Any
+    _epoch: float | None
 
     def __init__(self, core: Any, epoch: float | None = None) -> None:
         object.__setattr__(self, "_core", core)
@@ -105,7 +108,7 @@ class Scan:
 
     def write(self, path: str | os.PathLike[str]) -> None:
         """Writes the scan in the format of the ending: .ply .xyz .csv .las .laz .obj .stl .pcd .npy."""
-        _guarded(self._core.write, os.fsencode(path))
+        _guarded(self._core.write, path_of(path, "path"))
 
     def __len__(self) -> int:
         return int(self._core.points.shape[0])
@@ -178,19 +181,18 @@ def read(path: str | os.PathLike[str], *, classes: Any = None, crop: Any = None,
     >>> isopach.read(file).points[2].tolist()
     [0.0, 1.0, 3.0]
     """
+    _units(unit, None)
     with listener(progress) as told:
-        whole = Scan(_guarded(_core.read, os.fsencode(path), _threads(threads), told))
+        whole = Scan(_guarded(_core.read, path_of(path, "path"), _threads(threads), told))
     if classes is None and crop is None:
         return whole if unit is None else _selected(whole, slice(None), unit, whole.faces)
     kept = np.ones(len(whole), dtype=bool)
     if classes is not None:
         if "classification" not in whole.attributes:
             raise InputError(f"{os.fsdecode(path)}: classes are asked for, and its points have none")
-        kept &= np.isin(whole.attributes["classification"], np.atleast_1d(classes))
+        kept &= np.isin(whole.attributes["classification"], _numbers(np.atleast_1d(classes), "they", "classes"))
     if crop is not None:
-        box = np.asarray(crop, dtype=np.float64)
-        if box.shape != (4,) or not (box[:2] <= box[2:]).all():
-            raise UsageError("crop: needed is (xmin, ymin, xmax, ymax) with min not above max")
+        box = box_of(crop, "crop")
         kept &= ((whole.points[:, :2] >= box[:2]) & (whole.points[:, :2] <= box[2:])).all(axis=1)
     if not kept.any():
         raise InputError(f"{os.fsdecode(path)}: no point is left by {'crop' if classes is None else 'classes'}")
@@ -218,22 +220,24 @@ def scan(points: Any, *, attributes: Mapping[str, Any] | None = None, faces: Any
     'mm'
     """
     return _scan_of(points, attributes=attributes, faces=faces, unit=unit, vertical_unit=vertical_unit, crs=crs,
-                    epoch=epoch, name=name or "", argument="points")
+                    epoch=epoch, name="" if name is None else name, argument="points")
 
 
-def _threads(threads: int | None) -> int:
+def _threads(threads: Any) -> int:
+    name, wanted = "threads", threads
     if threads is None:
-        text = os.environ.get("ISOPACH_THREADS", "0")
-        if not text.isdigit():
-            raise UsageError(f"ISOPACH_THREADS: {text!r} is not a whole number, 0 or more")
-        return int(text)
-    return int(threads)
+        name, wanted = "ISOPACH_THREADS", os.environ.get("ISOPACH_THREADS", "0")
+    whole = wanted.isdecimal() if isinstance(wanted, str) and threads is None else (
+        isinstance(wanted, (int, float, np.integer, np.floating)) and not isinstance(wanted, bool) and wanted == wanted // 1)
+    if not whole or not 0 <= int(wanted) <= 4096:
+        raise UsageError(f"{name}: {shown(wanted)} is not a whole number from 0 to 4096")
+    return int(wanted)
 
 
 def _numbers(values: Any, what: str, argument: str) -> np.ndarray:
     """As float64 that the core can use where it lies; copied once where it is anything else."""
-    if isinstance(values, np.ma.MaskedArray):
-        values = values.astype(np.float64).filled(np.nan)
+    if isinstance(values, np.ma.MaskedArray) and values.dtype.kind in "fiub":
+        values = np.ma.filled(values.astype(np.float64), np.nan)
     try:
         array = np.asarray(values)
     except Exception as cause:
@@ -272,20 +276,22 @@ def _scan_of(points: Any, *, attributes: Mapping[str, Any] | None = None, faces:
     if not len(array):
         raise InputError(f"{argument}: no points")
     values = []
+    if attributes is not None and not isinstance(attributes, Mapping):
+        raise UsageError(f"attributes: {shown(attributes)} is no mapping of names to arrays")
     for title, given in (attributes or {}).items():
         of_points = _numbers(given, "its values", f"attributes[{title!r}]")
         if of_points.shape != (len(array),):
             raise UsageError(f"attributes: {title!r} has the shape {of_points.shape}, for {len(array)} points")
-        values.append((str(title), of_points))
-    return Scan(_core.scan(array, array, values, _faces(faces, len(array)), *_units(unit, vertical_unit), crs or "",
-                           os.fsencode(name)), epoch)
+        values.append((text_of(str(title), "attributes"), of_points))
+    return Scan(_core.scan(array, array, values, _faces(faces, len(array)), *_units(unit, vertical_unit),
+                           text_of(crs, "crs"), path_of(name, "name")), epoch)
 
 
 def _units(unit: str | None, vertical_unit: str | None) -> tuple[str, str]:
     known = ("m", "mm", "cm", "um", "km", "ft", "us-ft", "in", "deg", "unknown")
     for keyword, word in (("unit", unit), ("vertical_unit", vertical_unit)):
-        if word is not None and word not in known:
-            raise UsageError(f"{keyword}: {word!r} is not one of {', '.join(known[:-2])}")
+        if word is not None and (not isinstance(word, str) or word not in known):
+            raise UsageError(f"{keyword}: {shown(word)} is not one of {', '.join(known[:-2])}")
     across = unit or "unknown"
     return across, vertical_unit or ("unknown" if across == "deg" else across)
 
@@ -293,7 +299,10 @@ def _units(unit: str | None, vertical_unit: str | None) -> tuple[str, str]:
 def _faces(faces: Any, points: int) -> np.ndarray | None:
     if faces is None:
         return None
-    array = np.asarray(faces)
+    try:
+        array = np.asarray(faces)
+    except Exception:
+        raise UsageError("faces: cannot be read as an array") from None
     if array.size == 0:
         return None
     if array.ndim != 2 or array.shape[1] != 3 or array.dtype.kind not in "iu":

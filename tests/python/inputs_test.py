@@ -1,6 +1,12 @@
 """What goes in: arrays of any kind, objects of other libraries, and wrong things, which get one clear line."""
 
+from __future__ import annotations
+
+import pathlib
+import subprocess
 import types
+from collections.abc import Callable
+from typing import Any
 
 import isopach
 import numpy as np
@@ -10,7 +16,7 @@ from conftest import without_timing
 pytestmark = pytest.mark.filterwarnings("ignore::isopach.ScanWarning")
 
 
-def rho(a, b, **options):
+def rho(a: Any, b: Any, **options: Any) -> Any:
     return isopach.compare(a, b, **options).measure.rho
 
 
@@ -26,28 +32,28 @@ def rho(a, b, **options):
     lambda p: tuple(map(tuple, p)),
     lambda p: p.astype(object),
     lambda p: np.ma.masked_array(p),
-    lambda p: np.rec.fromarrays(p.T, names="x,y,z"),
+    lambda p: np.rec.fromarrays(list(p.T), dtype=[(axis, "f8") for axis in "xyz"]),
     lambda p: np.frombuffer(b"\0" + p.tobytes(), dtype=np.uint8)[1:].view(np.float64).reshape(-1, 3),
 ], ids=["Fortran", "reversed", "columns", "other columns", "rows", "transposed", "big-endian", "list", "tuples",
         "objects", "masked", "record", "unaligned"])
-def test_order_type_and_stride_do_not_matter(plane, change):
+def test_order_type_and_stride_do_not_matter(plane: isopach.Scene, change: Callable[..., Any]) -> None:
     a, b = np.array(plane.a.points), np.array(plane.b.points)
     assert rho(change(a), change(b)) == rho(a, b)
 
 
 @pytest.mark.parametrize("kind", [np.float32, np.int32, np.uint16, np.int64])
-def test_other_types_are_the_doubles_of_them(plane, kind):
+def test_other_types_are_the_doubles_of_them(plane: isopach.Scene, kind: Any) -> None:
     a, b = (np.round(np.abs(s.points * 100)).astype(kind) for s in (plane.a, plane.b))
     assert rho(a, b, duplicates="mean") == rho(a.astype(float), b.astype(float), duplicates="mean")
 
 
-def test_masked_points_are_left_out(plane):
+def test_masked_points_are_left_out(plane: isopach.Scene) -> None:
     a = np.ma.masked_array(np.array(plane.a.points), mask=False)
     a[5, 2] = np.ma.masked
     assert np.isnan(isopach.compare(a, plane.b).points_a.dz_signed[5])
 
 
-def test_a_double_array_is_used_where_it_lies(plane):
+def test_a_double_array_is_used_where_it_lies(plane: isopach.Scene) -> None:
     a = np.array(plane.a.points)
     scan = isopach.scan(a)
     assert np.shares_memory(scan.points, a)
@@ -58,7 +64,7 @@ def test_a_double_array_is_used_where_it_lies(plane):
     assert not np.shares_memory(isopach.scan(a.astype(np.float32)).points, a)
 
 
-def test_attributes_and_units(plane):
+def test_attributes_and_units(plane: isopach.Scene) -> None:
     n = len(plane.a)
     scan = isopach.scan(np.array(plane.a.points), attributes={"classification": np.full(n, 2, np.uint8)}, unit="mm",
                         name="left")
@@ -71,12 +77,12 @@ def test_attributes_and_units(plane):
         isopach.compare(scan, scan, classes=[6])
 
 
-def test_arrays_are_called_by_their_argument(plane):
+def test_arrays_are_called_by_their_argument(plane: isopach.Scene) -> None:
     c = isopach.compare(np.array(plane.a.points), np.array(plane.b.points))
     assert [i.path for i in c.inputs] == ["a", "b"]
 
 
-def test_sigma_by_point(plane):
+def test_sigma_by_point(plane: isopach.Scene) -> None:
     a = np.array(plane.a.points)
     constant = isopach.compare(a, plane.b, sigma1=0.05, sigma2=0.05)
     by_point = isopach.compare(a, plane.b, sigma1=np.full(len(a), 0.05), sigma2=np.full(len(plane.b), 0.05))
@@ -85,7 +91,7 @@ def test_sigma_by_point(plane):
         isopach.compare(a, plane.b, sigma1=np.ones(3), sigma2=0.05)
 
 
-def test_poses(plane):
+def test_poses(plane: isopach.Scene) -> None:
     matrix = np.eye(4)
     matrix[2, 3] = 0.5
     moved = isopach.compare(plane.a, plane.b, pose=matrix)
@@ -96,7 +102,7 @@ def test_poses(plane):
             isopach.compare(plane.a, plane.b, pose=wrong)
 
 
-def test_a_matching_is_a_pose_and_a_registration_error(face):
+def test_a_matching_is_a_pose_and_a_registration_error(face: isopach.Scene) -> None:
     m = isopach.match(face.b, face.a)
     assert m.matrix.shape == (4, 4)
     c = isopach.compare(face.a, face.b, pose=m, sigma1=0.1, sigma2=0.1, uncertainty_model="registration",
@@ -105,7 +111,7 @@ def test_a_matching_is_a_pose_and_a_registration_error(face):
     assert c.uncertainty.sigma_net > 0
 
 
-def test_polygons(terrain, tmp_path):
+def test_polygons(terrain: isopach.Scene, tmp_path: pathlib.Path) -> None:
     low, high = (terrain.a.points[:, :2].mean(axis=0) + shift for shift in (-100, 100))
     ring = np.array([low, [high[0], low[1]], high, [low[0], high[1]]])
     as_geojson = {"type": "Feature", "properties": {"name": "square"},
@@ -123,22 +129,22 @@ def test_polygons(terrain, tmp_path):
 # --- objects of other libraries --------------------------------------------------------------------------------------
 
 
-def test_protocol(plane):
+def test_protocol(plane: isopach.Scene) -> None:
     class Held:
-        def __isopach_scan__(self):
+        def __isopach_scan__(self) -> Any:
             return plane.a
 
     assert rho(Held(), plane.b) == rho(plane.a, plane.b)
 
     class Wrong:
-        def __isopach_scan__(self):
+        def __isopach_scan__(self) -> Any:
             return 7
 
     with pytest.raises(isopach.UsageError, match="^a: __isopach_scan__ of Wrong"):
         isopach.compare(Wrong(), plane.b)
 
 
-def test_laspy(plane, tmp_path):
+def test_laspy(plane: isopach.Scene, tmp_path: pathlib.Path) -> None:
     laspy = pytest.importorskip("laspy")
     isopach.convert(plane.a, tmp_path / "a.las")
     las = laspy.read(tmp_path / "a.las")
@@ -147,7 +153,7 @@ def test_laspy(plane, tmp_path):
     assert "classification" in isopach.info(las).files[0].attributes
 
 
-def test_geopandas(plane):
+def test_geopandas(plane: isopach.Scene) -> None:
     geopandas = pytest.importorskip("geopandas")
     x, y, z = np.array(plane.a.points).T
     frame = geopandas.GeoDataFrame({"quality": np.arange(len(x))}, geometry=geopandas.points_from_xy(x, y, z),
@@ -158,27 +164,27 @@ def test_geopandas(plane):
         isopach.compare(geopandas.GeoSeries(geopandas.points_from_xy(x, y)), plane.b)
 
 
-def test_pandas(plane):
+def test_pandas(plane: isopach.Scene) -> None:
     pandas = pytest.importorskip("pandas")
     table = pandas.DataFrame(np.array(plane.a.points), columns=["X", "Y", "Z"])
     assert rho(table, plane.b) == rho(plane.a, plane.b)
 
 
-def test_pyvista(plane):
+def test_pyvista(plane: isopach.Scene) -> None:
     pyvista = pytest.importorskip("pyvista")
     mesh = isopach.compare(plane.a, plane.b).to_pyvista()
     back = isopach.info(pyvista.PolyData(mesh)).files[0]
     assert back.faces == mesh.n_cells
 
 
-def test_trimesh(face):
+def test_trimesh(face: isopach.Scene) -> None:
     trimesh = pytest.importorskip("trimesh")
     cells = isopach.compare(face.a, face.b).cells
     mesh = trimesh.Trimesh(cells.points("a"), cells.triangles, process=False)
     assert isopach.info(mesh).files[0].faces == len(cells)
 
 
-def test_xarray():
+def test_xarray() -> None:
     xarray = pytest.importorskip("xarray")
     heights = np.add.outer(np.arange(20.0), np.arange(30.0))
     heights[3, 4] = np.nan
@@ -212,14 +218,14 @@ GOOD = np.random.default_rng(1).uniform(0, 10, (50, 3))
     ("no/such/file.ply", isopach.InputError, "^no/such/file.ply"),
     (np.zeros(5, dtype=[("x", "f8"), ("y", "f8")]), isopach.UsageError, "^a: a structured array needs"),
 ], ids=lambda value: None if isinstance(value, np.ndarray) else str(value)[:30])
-def test_wrong_scans_get_one_line(wrong, kind, says):
+def test_wrong_scans_get_one_line(wrong: Any, kind: Any, says: str) -> None:
     with pytest.raises(kind, match=says) as caught:
         isopach.compare(wrong, GOOD)
     assert "\n" not in str(caught.value)
     assert caught.value.exit_code > 0
 
 
-def test_a_file_that_is_none(tmp_path):
+def test_a_file_that_is_none(tmp_path: pathlib.Path) -> None:
     (tmp_path / "noise.las").write_bytes(bytes(range(256)) * 4)
     with pytest.raises(isopach.InputError, match="noise.las"):
         isopach.compare(tmp_path / "noise.las", GOOD)
@@ -247,7 +253,7 @@ def test_a_file_that_is_none(tmp_path):
     ({"unit": "parsec"}, "^unit: 'parsec' is not one of m"),
     ({"max_edge": True}, "^max_edge: True is neither"),
 ], ids=str)
-def test_wrong_options_name_the_keyword(options, says):
+def test_wrong_options_name_the_keyword(options: Any, says: str) -> None:
     with pytest.raises(isopach.Error, match=says) as caught:
         isopach.compare(GOOD, GOOD, **options)
     text = str(caught.value)
@@ -256,16 +262,16 @@ def test_wrong_options_name_the_keyword(options, says):
     assert isinstance(caught.value, ValueError)
 
 
-def test_unknown_keywords_are_type_errors():
+def test_unknown_keywords_are_type_errors() -> None:
     with pytest.raises(TypeError, match=r"compare\(\) got an unexpected keyword argument 'max_edgs' \(did you mean 'max_edge'"):
-        isopach.compare(GOOD, GOOD, max_edgs=1)
+        isopach.compare(GOOD, GOOD, max_edgs=1)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="missing a required"):
-        isopach.compare(GOOD)
+        isopach.compare(GOOD)  # type: ignore[call-arg]
     with pytest.raises(TypeError, match="reference"):
-        isopach.combine(GOOD, GOOD)
+        isopach.combine(GOOD, GOOD)  # type: ignore[call-arg]
 
 
-def test_failures_carry_exit_code_and_result(plane):
+def test_failures_carry_exit_code_and_result(plane: isopach.Scene) -> None:
     far = np.array(plane.b.points) + [1e4, 0, 0]
     with pytest.raises(isopach.OverlapError) as apart:
         isopach.compare(plane.a, far)
@@ -276,7 +282,7 @@ def test_failures_carry_exit_code_and_result(plane):
     assert above.value.result.measure.rho > 1e-9
 
 
-def test_nothing_is_imported_but_numpy():
+def test_nothing_is_imported_but_numpy() -> None:
     import subprocess
     import sys
     code = ("import sys; sys.path[:0] = %r; import isopach; s = isopach.simulate('plane', points=200);"
@@ -286,13 +292,13 @@ def test_nothing_is_imported_but_numpy():
     assert told.stdout.strip() == "[]"
 
 
-def test_paths_that_begin_with_a_dash(plane, tmp_path, monkeypatch):
+def test_paths_that_begin_with_a_dash(plane: isopach.Scene, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     plane.a.write("-a.xyz")
     assert isopach.compare("-a.xyz", plane.a).measure.rho == 0
 
 
-def test_same_scan_from_file_and_array(plane, tmp_path):
+def test_same_scan_from_file_and_array(plane: isopach.Scene, tmp_path: pathlib.Path) -> None:
     plane.a.write(tmp_path / "a.ply")
     of_file = isopach.read(tmp_path / "a.ply")
     assert of_file.path == tmp_path / "a.ply"

@@ -1,9 +1,13 @@
 """What comes out: frozen trees, arrays that outlive their result, rasters that add up, sections, pickles, files."""
 
+from __future__ import annotations
+
 import gc
 import json
+import pathlib
 import pickle
 import re
+from typing import Any
 
 import isopach
 import numpy as np
@@ -13,11 +17,11 @@ pytestmark = pytest.mark.filterwarnings("ignore::isopach.ScanWarning")
 
 
 @pytest.fixture(scope="module")
-def result(terrain):
+def result(terrain: isopach.Scene) -> Any:
     return isopach.compare(terrain.a, terrain.b, sigma1=0.1, sigma2=0.1)
 
 
-def test_attributes_are_the_keys(result):
+def test_attributes_are_the_keys(result: isopach.Comparison) -> None:
     data = json.loads(result.to_json())
     for key, value in data.items():
         shown = getattr(result, key)
@@ -28,7 +32,7 @@ def test_attributes_are_the_keys(result):
     assert set(result) == set(data)
 
 
-def test_every_verb_has_no_method_that_hides_a_key():
+def test_every_verb_has_no_method_that_hides_a_key() -> None:
     import pathlib
     schemas = pathlib.Path(__file__).resolve().parents[2] / "docs/schema"
     for kind in (isopach.Comparison, isopach.Matching, isopach.Distances, isopach.Accuracy, isopach.Scanners,
@@ -38,7 +42,7 @@ def test_every_verb_has_no_method_that_hides_a_key():
         assert hidden in ([], ["points"]), (kind, hidden)
 
 
-def test_frozen(result):
+def test_frozen(result: isopach.Comparison) -> None:
     with pytest.raises(AttributeError):
         result.volume = 1
     with pytest.raises(AttributeError):
@@ -58,7 +62,7 @@ def test_frozen(result):
     assert result.volume.net != 0
 
 
-def test_arrays_outlive_their_result(terrain):
+def test_arrays_outlive_their_result(terrain: isopach.Scene) -> None:
     c = isopach.compare(terrain.a, terrain.b)
     dz, triangles = c.points_b.dz_signed, c.cells.triangles
     wanted = dz.copy(), triangles.copy()
@@ -70,13 +74,13 @@ def test_arrays_outlive_their_result(terrain):
     assert len(rubbish) == 50
 
 
-def test_arrays_are_no_copies(result):
+def test_arrays_are_no_copies(result: isopach.Comparison) -> None:
     first, second = result.points_a.dz_signed, result.points_a.dz_signed
     assert np.shares_memory(first, second)
     assert first.shape == (result.inputs[0].points,)
 
 
-def test_cells_integrate_to_the_volume(result):
+def test_cells_integrate_to_the_volume(result: isopach.Comparison) -> None:
     cells = result.cells
     p = cells.xy[cells.triangles]
     (ux, uy), (vx, vy) = (p[:, 1] - p[:, 0]).T, (p[:, 2] - p[:, 0]).T
@@ -87,7 +91,7 @@ def test_cells_integrate_to_the_volume(result):
 
 @pytest.mark.parametrize("options", [{}, {"surface": "overlay"}, {"direction": (0.2, 0.1, 1)}, "polygon"], ids=str)
 @pytest.mark.parametrize("resolution", [7.3, 25, 200])
-def test_pixels_add_up_to_the_net_volume(terrain, options, resolution):
+def test_pixels_add_up_to_the_net_volume(terrain: isopach.Scene, options: Any, resolution: float) -> None:
     if options == "polygon":
         middle = terrain.a.points[:, :2].mean(axis=0)
         options = {"include": middle + 200 * np.array([[-1, -1], [1.1, -0.8], [0.9, 1], [-0.7, 0.6]])}
@@ -104,7 +108,7 @@ def test_pixels_add_up_to_the_net_volume(terrain, options, resolution):
                                atol=1e-6)
 
 
-def test_pixels_of_a_part_and_samples(result, terrain):
+def test_pixels_of_a_part_and_samples(result: isopach.Comparison, terrain: isopach.Scene) -> None:
     low = terrain.a.points[:, :2].mean(axis=0)
     x, y, layers = result._raster(10, True, (*low, *(low + 45)))
     whole_x, whole_y, whole = result._raster(10, True, None)
@@ -115,7 +119,7 @@ def test_pixels_of_a_part_and_samples(result, terrain):
                                result.at(np.column_stack([v.ravel() for v in np.meshgrid(x[1:-1], y[1:-1])])))
 
 
-def test_values_at_places(result):
+def test_values_at_places(result: isopach.Comparison) -> None:
     cells = result.cells
     np.testing.assert_allclose(result.at(cells.xy[cells.triangles].mean(axis=1)),
                                cells.dz[cells.triangles].mean(axis=1), atol=1e-7)
@@ -125,7 +129,7 @@ def test_values_at_places(result):
     assert isinstance(result.at(cells.xy[cells.triangles[0]].mean(axis=0)), float)
 
 
-def test_profile_is_exact(result):
+def test_profile_is_exact(result: isopach.Comparison) -> None:
     low, high = result.cells.xy.min(axis=0), result.cells.xy.max(axis=0)
     line = np.array([low + 0.2 * (high - low), low + [0.5, 0.3] * (high - low), low + 0.8 * (high - low)])
     section = result.profile(line)
@@ -133,7 +137,10 @@ def test_profile_is_exact(result):
     length = np.hypot(*np.diff(line, axis=0).T).sum()
     assert 0 <= section.s[0] <= section.s[-1] <= length + 1e-6
     inside = np.isfinite(section.dz)
-    middle = lambda v: (v[:-1] + v[1:])[inside[:-1] & inside[1:]] / 2  # noqa: E731
+
+    def middle(v: Any) -> Any:
+        return (v[:-1] + v[1:])[inside[:-1] & inside[1:]] / 2
+
     at = result.at(np.column_stack([middle(section.x), middle(section.y)]))
     np.testing.assert_allclose(at, middle(section.dz), atol=1e-6)
     denser = result.profile(line, step=5)
@@ -143,7 +150,7 @@ def test_profile_is_exact(result):
                                atol=1e-6)
 
 
-def test_profile_ends_where_the_cells_end(result):
+def test_profile_ends_where_the_cells_end(result: isopach.Comparison) -> None:
     low, high = result.cells.xy.min(axis=0), result.cells.xy.max(axis=0)
     section = result.profile([low - 500, high + 500])
     assert section.s[0] > 500
@@ -151,7 +158,7 @@ def test_profile_ends_where_the_cells_end(result):
         result.profile([[0, 0]])
 
 
-def test_pickle(result):
+def test_pickle(result: isopach.Comparison) -> None:
     again = pickle.loads(pickle.dumps(result))
     assert again == result
     assert again.to_json() == result.to_json()
@@ -163,14 +170,14 @@ def test_pickle(result):
         again.report("nowhere.html")
 
 
-def test_pickle_of_scans(terrain):
+def test_pickle_of_scans(terrain: isopach.Scene) -> None:
     again = pickle.loads(pickle.dumps(terrain.a))
     np.testing.assert_array_equal(again.points, terrain.a.points)
     assert (again.unit, again.name) == (terrain.a.unit, terrain.a.name)
     assert pickle.loads(pickle.dumps(isopach.ToleranceError("x: y", 7))).result == 7
 
 
-def test_repr_is_four_lines_with_units(result, terrain, face):
+def test_repr_is_four_lines_with_units(result: isopach.Comparison, terrain: isopach.Scene, face: isopach.Scene) -> None:
     m = isopach.match(face.b, face.a)
     for thing, unit in ((result, "m³"), (m, "mm"), (terrain.a, "unit m"), (terrain, "unit m"),
                         (isopach.distance(terrain.a, terrain.b, measure="c2c"), " m")):
@@ -182,13 +189,13 @@ def test_repr_is_four_lines_with_units(result, terrain, face):
     assert " m³" not in repr(unknown)
 
 
-def test_html_has_the_map(result):
+def test_html_has_the_map(result: isopach.Comparison) -> None:
     page = result._repr_html_()
     assert "data:image/png;base64,iVBOR" in page
     assert "<script" not in page
 
 
-def test_save_and_report(result, tmp_path):
+def test_save_and_report(result: isopach.Comparison, tmp_path: pathlib.Path) -> None:
     folder = result.save(tmp_path / "out", no_points=True, map_width=500)
     assert {path.name for path in folder.iterdir()} >= {"result.json", "report.html", "difference.png", "difference.ply"}
     assert not (folder / "points_a.ply").exists()
@@ -204,7 +211,7 @@ def test_save_and_report(result, tmp_path):
         result.save(tmp_path / "file")
 
 
-def test_to_xarray(result):
+def test_to_xarray(result: isopach.Comparison) -> None:
     xarray = pytest.importorskip("xarray")
     ds = result.to_xarray(25)
     assert isinstance(ds, xarray.Dataset)
@@ -212,27 +219,27 @@ def test_to_xarray(result):
     assert {"dz", "z_a", "z_b", "covered", "lod"} == set(ds.data_vars)
 
 
-def test_to_geotiff(result, tmp_path):
+def test_to_geotiff(result: isopach.Comparison, tmp_path: pathlib.Path) -> None:
     rasterio = pytest.importorskip("rasterio")
     result.to_geotiff(tmp_path / "dod.tif", 25)
     with rasterio.open(tmp_path / "dod.tif") as file:
         assert np.nansum(file.read(1)) * 25**2 == pytest.approx(result.volume.net, rel=1e-9)
 
 
-def test_to_geopandas(result):
+def test_to_geopandas(result: isopach.Comparison) -> None:
     pytest.importorskip("geopandas")
     frame = result.to_geopandas()
     assert (frame.dz * frame.area).sum() == pytest.approx(result.volume.net, rel=1e-6)
 
 
-def test_to_pyvista(result):
+def test_to_pyvista(result: isopach.Comparison) -> None:
     pytest.importorskip("pyvista")
     mesh = result.to_pyvista()
     assert mesh.n_cells == len(result.cells)
     assert np.abs(mesh.points).max() < 1e4
 
 
-def test_plots(result):
+def test_plots(result: isopach.Comparison) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")
     assert "B − A" in result.hist().get_xlabel()
@@ -241,7 +248,7 @@ def test_plots(result):
     assert result.profile([low, high]).plot().get_legend() is not None
 
 
-def test_matching_applies_to_points(face):
+def test_matching_applies_to_points(face: isopach.Scene) -> None:
     m = isopach.match(face.b, face.a)
     moved = m.apply(face.b.points)
     np.testing.assert_allclose(moved, face.b.points @ m.matrix[:3, :3].T + m.matrix[:3, 3])
@@ -249,11 +256,11 @@ def test_matching_applies_to_points(face):
     assert set(np.unique(m.points_moving.stable)) <= {0, 1}
 
 
-def test_missing_package_is_named_in_one_line(result, monkeypatch):
+def test_missing_package_is_named_in_one_line(result: isopach.Comparison, monkeypatch: pytest.MonkeyPatch) -> Any:
     import builtins
     real = builtins.__import__
 
-    def refuse(name, *rest):
+    def refuse(name: str, *rest: Any) -> Any:
         if name.split(".")[0] == "xarray":
             raise ImportError(name)
         return real(name, *rest)
@@ -262,3 +269,9 @@ def test_missing_package_is_named_in_one_line(result, monkeypatch):
     monkeypatch.delitem(__import__("sys").modules, "xarray", raising=False)
     with pytest.raises(isopach.Error, match=re.escape("pip install 'isopach[xarray]'")):
         result.to_xarray(10)
+
+
+@pytest.mark.parametrize("wrong", [0, -1, np.nan, np.inf, 1.34e154, 1e-300, "x", None, [1, 2]], ids=str)
+def test_resolutions_that_are_none(result: isopach.Comparison, wrong: Any) -> None:
+    with pytest.raises(isopach.UsageError, match="^resolution: "):
+        result._raster(wrong, True, None)

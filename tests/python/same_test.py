@@ -1,22 +1,28 @@
 """The command line and Python give the same JSON, less timing, and the same arrays."""
 
+from __future__ import annotations
+
 import json
 import pathlib
+import subprocess
+from collections.abc import Iterable
+from typing import Any
 
 import isopach
 import numpy as np
 import pytest
-from conftest import without_timing
+from conftest import Cli, without_timing
 
 
 @pytest.fixture(scope="module")
-def folder(tmp_path_factory):
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Any:
     """Scans of every kind of scene, with polygons, a pose, and classes."""
     place = tmp_path_factory.mktemp("scans")
-    for name, options in {"plane": {"points": 800}, "terrain": {"points": 2500}, "face": {"points": 4000},
-                          "skin": {"points": 6000}, "accuracy": {"points": 3000, "points_b": 6000},
-                          "scanners": {"points": 3000, "points_b": 1000}, "combine": {"points": 8000},
-                          "chewing": {"frames": 10, "points": 4000}}.items():
+    sizes: dict[str, dict[str, Any]] = {
+        "plane": {"points": 800}, "terrain": {"points": 2500}, "face": {"points": 4000}, "skin": {"points": 6000},
+        "accuracy": {"points": 3000, "points_b": 6000}, "scanners": {"points": 3000, "points_b": 1000},
+        "combine": {"points": 8000}, "chewing": {"frames": 10, "points": 4000}}
+    for name, options in sizes.items():
         isopach.simulate(name, seed=4, **options).save(place / name)
     low, high = (isopach.read(place / "terrain/a.ply").points[:, :2].mean(axis=0) + shift for shift in (-150, 150))
     ring = [[low[0], low[1]], [high[0], low[1]], [high[0], high[1]], [low[0], high[1]], [low[0], low[1]]]
@@ -27,7 +33,7 @@ def folder(tmp_path_factory):
 
 
 PLANE, TERRAIN, FACE = (f"{name}/a.ply {name}/b.ply" for name in ("plane", "terrain", "face"))
-CASES = [
+CASES: list[tuple[str, str, str, dict[str, Any]]] = [
     ("compare", PLANE, "", {}),
     ("compare", PLANE, "--surface overlay", {"surface": "overlay"}),
     ("compare", PLANE, "--surface both --locate tree", {"surface": "both", "locate": "tree"}),
@@ -70,11 +76,17 @@ CASES = [
 ]
 
 
+def succeeded(told: subprocess.CompletedProcess[str]) -> None:
+    if "needs GDAL" in told.stderr:
+        pytest.skip("built without GDAL, as portable wheels are: no polygons of files")
+    assert told.returncode == 0, told.stderr
+
+
 @pytest.mark.filterwarnings("ignore::isopach.ScanWarning")
 @pytest.mark.parametrize(("verb", "scans", "words", "keywords"), CASES, ids=lambda value: str(value)[:60])
-def test_command_line_and_python_say_the_same(folder, cli, monkeypatch, verb, scans, words, keywords):
+def test_command_line_and_python_say_the_same(folder: pathlib.Path, cli: Cli, monkeypatch: pytest.MonkeyPatch, verb: str, scans: str, words: str, keywords: dict[str, Any]) -> None:
     told = cli(verb, *scans.split(), *words.split(), "--json", "-", cwd=folder)
-    assert told.returncode == 0, told.stderr
+    succeeded(told)
     monkeypatch.chdir(folder)
     of_paths = getattr(isopach, verb)(*scans.split(), **keywords)
     assert without_timing(of_paths.to_json()) == without_timing(told.stdout)
@@ -84,7 +96,7 @@ def test_command_line_and_python_say_the_same(folder, cli, monkeypatch, verb, sc
     assert without_timing(of_scans.to_json()) == without_timing(told.stdout)
 
 
-def _vertices(path, fields):
+def _vertices(path: pathlib.Path, fields: Iterable[str]) -> Any:
     """Columns of a binary PLY of doubles, as this program writes it."""
     data = pathlib.Path(path).read_bytes()
     head, body = data.split(b"end_header\n", 1)
@@ -101,7 +113,7 @@ def _vertices(path, fields):
     return [rows[name] for name in fields]
 
 
-def test_arrays_are_those_of_the_files(folder, cli, tmp_path, monkeypatch):
+def test_arrays_are_those_of_the_files(folder: pathlib.Path, cli: Cli, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(folder)
     told = cli("compare", *TERRAIN.split(), "--sigma1", 0.05, "--sigma2", 0.05, "-o", tmp_path / "out", cwd=folder)
     assert told.returncode == 0, told.stderr
@@ -114,24 +126,28 @@ def test_arrays_are_those_of_the_files(folder, cli, tmp_path, monkeypatch):
     assert {tuple(row) for row in np.column_stack([x, y, z])} <= found
 
 
-def test_saved_folder_is_that_of_the_command_line(folder, cli, tmp_path, monkeypatch):
+@pytest.mark.filterwarnings("ignore::isopach.ScanWarning")
+@pytest.mark.parametrize(("verb", "scans", "words", "keywords"), [case for case in CASES if case[0] != "info"],
+                         ids=lambda value: str(value)[:60])
+def test_files_are_those_of_the_command_line(folder: pathlib.Path, cli: Cli, tmp_path: pathlib.Path,
+                                             monkeypatch: pytest.MonkeyPatch, verb: str, scans: str, words: str,
+                                             keywords: dict[str, Any]) -> None:
     monkeypatch.chdir(folder)
-    for verb, scans, _, keywords in (CASES[0], CASES[13], CASES[16], CASES[18], CASES[20], CASES[22]):
-        words = next(case[2] for case in CASES if case[:2] == (verb, scans) and case[3] == keywords)
-        told = cli(verb, *scans.split(), *words.split(), "-o", tmp_path / verb, cwd=folder)
-        assert told.returncode == 0, told.stderr
-        getattr(isopach, verb)(*scans.split(), **keywords).save(tmp_path / f"{verb}-python")
-        names = sorted(path.name for path in (tmp_path / verb).iterdir())
-        assert sorted(path.name for path in (tmp_path / f"{verb}-python").iterdir()) == names
-        for name in names:
-            mine, theirs = ((tmp_path / which / name).read_bytes() for which in (f"{verb}-python", verb))
-            if name == "result.json":
-                assert without_timing(mine) == without_timing(theirs)
-            elif name != "report.html":  # which shows times
-                assert mine == theirs, name
+    shell, python = tmp_path / "shell", tmp_path / "python"
+    told = cli(verb, *scans.split(), *words.split(), "-o", shell, "--quiet", cwd=folder)
+    succeeded(told)
+    getattr(isopach, verb)(*scans.split(), **keywords).save(python)
+    names = sorted(path.name for path in shell.iterdir())
+    assert sorted(path.name for path in python.iterdir()) == names
+    for name in names:
+        mine, theirs = (python / name).read_bytes(), (shell / name).read_bytes()
+        if name == "result.json":
+            assert without_timing(mine) == without_timing(theirs)
+        elif name != "report.html":  # which shows times
+            assert mine == theirs, name
 
 
-def test_simulated_scans_are_those_of_the_command_line(cli, tmp_path):
+def test_simulated_scans_are_those_of_the_command_line(cli: Cli, tmp_path: pathlib.Path) -> None:
     assert cli("simulate", "terrain", "-o", "t", "--points", 500, "--seed", 9, cwd=tmp_path).returncode == 0
     scene = isopach.simulate("terrain", points=500, seed=9)
     np.testing.assert_array_equal(isopach.read(tmp_path / "t/a.ply").points, scene.a.points)

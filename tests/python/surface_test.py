@@ -1,14 +1,20 @@
 """The surface of the package: signatures, docstrings, stubs, pages."""
 
+from __future__ import annotations
+
 import doctest
 import inspect
+import os
 import pathlib
 import re
 import subprocess
 import sys
+from typing import Any
 
 import isopach
 import pytest
+from conftest import Cli
+from notebooks_test import BOOKS, code_cells
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 VERBS = ("compare", "match", "distance", "roughness", "accuracy", "scanners", "asymmetry", "sequence", "combine", "info",
@@ -16,12 +22,12 @@ VERBS = ("compare", "match", "distance", "roughness", "accuracy", "scanners", "a
 pytestmark = pytest.mark.filterwarnings("ignore::isopach.ScanWarning")
 
 
-def of_help(cli, verb, tmp_path):
+def of_help(cli: Cli, verb: str, tmp_path: pathlib.Path) -> Any:
     return set(re.findall(r"^ +(?:-\w )?--([a-z0-9-]+)", cli(verb, "--help", cwd=tmp_path).stdout, re.MULTILINE))
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_keywords_are_the_options(cli, tmp_path, verb):
+def test_keywords_are_the_options(cli: Cli, tmp_path: pathlib.Path, verb: str) -> None:
     named = {p.name for p in inspect.signature(getattr(isopach, verb)).parameters.values() if p.kind is p.KEYWORD_ONLY}
     options = of_help(cli, verb, tmp_path)
     left_out = {"help", "version", "config", "json", "output", "quiet", "verbose", "max-input", "palette",
@@ -30,7 +36,7 @@ def test_keywords_are_the_options(cli, tmp_path, verb):
 
 
 @pytest.mark.parametrize("verb", VERBS)
-def test_docstring(verb):
+def test_docstring(verb: str) -> None:
     text = getattr(isopach, verb).__doc__
     assert "--" not in re.sub(r"-{5,}", "", text)
     for keyword in inspect.signature(getattr(isopach, verb)).parameters.values():
@@ -38,7 +44,7 @@ def test_docstring(verb):
             assert f"{keyword.name} :" in text
 
 
-def test_defaults_are_shown():
+def test_defaults_are_shown() -> None:
     parameters = inspect.signature(isopach.compare).parameters
     assert parameters["surface"].default == "common"
     assert parameters["confidence"].default == 0.95
@@ -46,7 +52,7 @@ def test_defaults_are_shown():
     assert parameters["sigma1"].default is None
 
 
-def test_doctests():
+def test_doctests() -> None:
     runner = doctest.DocTestRunner()
     count = 0
     for name in isopach.__all__:
@@ -60,7 +66,7 @@ def test_doctests():
     assert count >= 30
 
 
-def test_stubs_are_those_of_the_options():
+def test_stubs_are_those_of_the_options() -> None:
     run = subprocess.run([sys.executable, ROOT / "scripts/python_stubs", "--check"], capture_output=True, text=True)
     assert run.returncode == 0, run.stderr
 
@@ -69,33 +75,39 @@ PAGES = sorted((ROOT / "docs").glob("**/*.md")) + [ROOT / "README.md"]
 
 
 @pytest.mark.parametrize("page", [p for p in PAGES if "```python" in p.read_text()], ids=lambda p: p.name)
-def test_code_of_pages_runs(page, tmp_path, monkeypatch):
+def test_code_of_pages_runs(page: pathlib.Path, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
-    room = {}
+    room: dict[str, Any] = {}
     for block in blocks:
         if (absent := re.search(r"# needs (\w+)", block)) and not _has(absent.group(1)):
             continue
         exec(compile(block, str(page), "exec"), room)
 
 
-def _has(module):
+def _has(module: str) -> Any:
     import importlib.util
     return importlib.util.find_spec(module) is not None
 
 
-def test_stubs_fit_the_module():
+def test_stubs_fit_the_module() -> None:
     pytest.importorskip("mypy")
     run = subprocess.run([sys.executable, "-m", "mypy.stubtest", "isopach._verbs", "--ignore-missing-stub"],
                          capture_output=True, text=True, cwd=ROOT,
-                         env={**__import__("os").environ, "MYPYPATH": str(pathlib.Path(isopach.__file__).parents[1])})
+                         env={**os.environ, "MYPYPATH": str(pathlib.Path(isopach.__file__).parents[1])})
     assert run.returncode == 0, run.stdout + run.stderr
 
 
-def test_mypy():
+def test_mypy(tmp_path: pathlib.Path) -> None:
+    """Of code as users write it: typed.py, these tests, and the notebooks."""
     pytest.importorskip("mypy")
-    run = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent",
-                          "--no-error-summary", ROOT / "tests/python/typed.py"],
-                         capture_output=True, text=True, cwd=ROOT, env={**__import__("os").environ, "MYPYPATH":
-                                                                        str(pathlib.Path(isopach.__file__).parents[1])})
+    notebooks = []
+    for book in BOOKS:
+        notebooks.append(tmp_path / f"notebook_{book.stem}.py")
+        notebooks[-1].write_text("\n".join(code for code, _, _ in code_cells(book)))
+    here = pathlib.Path(__file__).parent
+    path = os.pathsep.join([str(pathlib.Path(isopach.__file__).parents[1]), str(here)])
+    run = subprocess.run([sys.executable, "-m", "mypy", "--strict", "--follow-imports=silent", "--ignore-missing-imports",
+                          "--no-error-summary", "--cache-dir", tmp_path / "cache", *sorted(here.glob("*.py")), *notebooks],
+                         capture_output=True, text=True, cwd=tmp_path, env={**os.environ, "MYPYPATH": path})
     assert run.returncode == 0, run.stdout + run.stderr
