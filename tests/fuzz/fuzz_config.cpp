@@ -29,8 +29,8 @@ void add_options(cli::Command& command, Request& request) {
       +[](const std::string& text) { return cli::parse_sigma(text, "--sigma1"); }, "noise");
   command.parsed(
       "--weight", "W", o.weight, +[](const std::string& text) { return cli::parse_weight(text); }, "weight");
-  command.option("--lod", "L", o.uncertainty.lod, "level")->check(cli::positive());
-  command.option("--confidence", "P", o.uncertainty.confidence, "share")->check(cli::share());
+  command.option("--lod", "L", o.uncertainty.lod, "level").check(cli::positive());
+  command.option("--confidence", "P", o.uncertainty.confidence, "share").check(cli::share());
   command.option("--include", "FILE", request.include, "polygons");
   command.option("--fail-above", "STATISTIC=LIMIT", request.fail_above, "limits");
   cli::add_run_options(command, request.run);
