@@ -142,6 +142,16 @@ TEST(Histogram, EqualsCuttingAndAddsUpToTheDomain) {
   }
 }
 
+// The number of bins in a unit of d is infinite there, and times a d of 0 no number.
+TEST(Histogram, OfHeightsNextToZeroIsThatOfLargerOnes) {
+  Sample s = sample(2000, 131, rough);
+  const std::vector<double> expected = describe(s.view(), {}, 40, {}).histogram.areas;
+  for (double& z : s.z2) z *= 1e-309;
+  const std::vector<double> found = describe(s.view(), {{0.5}, {0.9, true}}, 40, {}).histogram.areas;
+  ASSERT_EQ(found.size(), expected.size());
+  for (std::size_t k = 0; k < found.size(); ++k) EXPECT_NEAR(found[k], expected[k], 1e-9) << k;
+}
+
 TEST(Histogram, OfAMeasureIsSymmetricAndHoldsTheDomain) {
   for (const auto& d : {rough, mostly_zero, plane, one_outlier}) {
     const Sample s = sample(2000, 127, d);

@@ -198,19 +198,22 @@ class EdgeSums {
  public:
   EdgeSums() = default;
   EdgeSums(double low, double high, std::size_t count, const FixedScale& scale)
-      : low_(low), per_unit_(static_cast<double>(count) / (high - low)), edges_(count + 1) {
+      : low_(low),
+        unit_(high - low < smallest ? 1 / smallest : 1),
+        per_unit_(static_cast<double>(count) / ((high - low) * unit_)),
+        edges_(count + 1) {
     const FixedSum none(scale);
     c_.assign(count + 2, {none, none, none});
   }
 
   /// The number of edges below d: grows with d.
-  [[nodiscard]] std::size_t edges_below(double d) const { return first_edge((d - low_) * per_unit_); }
+  [[nodiscard]] std::size_t edges_below(double d) const { return first_edge((d - low_) * unit_ * per_unit_); }
   [[nodiscard]] std::size_t edges() const { return edges_; }
 
   void add(const Cell& cell) {  // values sorted
     std::array<double, 3> u = cell.d;
     constexpr double far = 1e100;  // far beyond all edges; squares of it are numbers still
-    for (double& x : u) x = std::clamp((x - low_) * per_unit_, -far, far);
+    for (double& x : u) x = std::clamp((x - low_) * unit_ * per_unit_, -far, far);
     const std::size_t k0 = first_edge(u[0]), k1 = first_edge(u[1]), k2 = first_edge(u[2]);
     if (k1 > k0) piece(k0, k1, 0, cell.area / ((u[1] - u[0]) * (u[2] - u[0])), u[0]);
     if (k2 > k1) piece(k1, k2, cell.area, -cell.area / ((u[2] - u[0]) * (u[2] - u[1])), u[2]);
@@ -241,9 +244,11 @@ class EdgeSums {
  private:
   // A piece over few edges may be steep: its coefficients would cancel. It is added edge by edge.
   static constexpr std::size_t few_edges = 8;
+  // Below it the number of bins in a unit of d would be infinite: d is then counted in larger units.
+  static constexpr double smallest = 0x1p-900;
 
   [[nodiscard]] std::size_t first_edge(double u) const {
-    if (u <= 0) return 0;
+    if (!(u > 0)) return 0;
     if (u >= static_cast<double>(edges_)) return edges_;
     const auto whole = static_cast<std::int32_t>(u);  // rounded up without std::ceil, which is a call on older machines
     return static_cast<std::size_t>(whole + (static_cast<double>(whole) < u ? 1 : 0));
@@ -266,7 +271,7 @@ class EdgeSums {
     }
   }
 
-  double low_ = 0, per_unit_ = 0;
+  double low_ = 0, unit_ = 1, per_unit_ = 0;
   std::size_t edges_ = 0;
   std::vector<std::array<FixedSum, 3>> c_;
 };
