@@ -4,6 +4,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -12,6 +13,7 @@
 #include "cli/progress.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/context.hpp"
+#include "isopach/base/watch.hpp"
 
 namespace CLI {
 class App;
@@ -146,6 +148,7 @@ class Run {
   bool quiet_;
   Progress progress_;
   Context context_;
+  std::optional<Watch> watch_;  ///< of the flag of context_
 };
 
 }  // namespace isopach::cli

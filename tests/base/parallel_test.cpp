@@ -2,10 +2,14 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <chrono>
 #include <stdexcept>
 #include <string>
 #include <thread>
+
+#include "isopach/base/error.hpp"
+#include "isopach/base/watch.hpp"
 
 namespace isopach {
 namespace {
@@ -33,6 +37,59 @@ TEST(Both, TellsTheErrorOfTheFirstTaskWhicheverIsFaster) {
   EXPECT_EQ(told(false, true, 20, 0), "second");
   EXPECT_EQ(told(true, false, 20, 0), "first");
   EXPECT_EQ(told(false, false, 0, 0), "none");
+}
+
+constexpr std::size_t many = 2000;
+
+/// Blocks that run before the flag, set in the first, ends the work.
+std::size_t run_until(std::atomic<bool>& flag) {
+  std::atomic<std::size_t> count{0};
+  for_blocks(many, 1, [&](std::size_t, std::size_t) {
+    flag = true;
+    ++count;
+  });
+  return count;
+}
+
+TEST(Watch, EndsWorkThatIsSharedOut) {
+  for (const int threads : {1, 2, 7}) {
+    std::atomic<bool> flag{false};
+    const Watch watch(&flag);
+    EXPECT_THROW(run_with_threads(threads, [&] { run_until(flag); }), Interrupted);
+  }
+}
+
+TEST(Watch, EndsWorkInsideWorkOnAnyThread) {
+  std::atomic<bool> flag{false};
+  std::atomic<std::size_t> inner{0};
+  const auto nested = [&] {
+    for_blocks(64, 1, [&](std::size_t, std::size_t) {
+      for_blocks(many, 1, [&](std::size_t, std::size_t) {
+        if (++inner == 100) flag = true;
+      });
+    });
+  };
+  const Watch watch(&flag);
+  EXPECT_THROW(run_with_threads(4, nested), Interrupted);
+  EXPECT_LT(inner, many);  // each thread ends after the block that it is in
+}
+
+TEST(Watch, EndsOneOfTwoThatShareOutNothing) {
+  std::atomic<bool> flag{true};
+  bool ran = false;
+  const Watch watch(&flag);
+  EXPECT_THROW(both([&] { ran = true; }, [&] { ran = true; }), Interrupted);
+  EXPECT_FALSE(ran);
+}
+
+TEST(Watch, IsOverWithItsScope) {
+  std::atomic<bool> flag{false};
+  { const Watch watch(&flag); }
+  EXPECT_EQ(run_until(flag), many);
+  std::atomic<bool> outer{false};
+  const Watch watch(&outer);
+  { const Watch none(nullptr); }
+  EXPECT_THROW(run_until(outer), Interrupted);
 }
 
 }  // namespace

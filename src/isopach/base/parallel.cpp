@@ -8,11 +8,11 @@
 #include <thread>
 #include <vector>
 
+#include "isopach/base/error.hpp"
 #include "isopach/base/thread_limit.hpp"
+#include "isopach/base/watch.hpp"
 
-#if defined(ISOPACH_STD_THREADS)
-#include <atomic>
-#else
+#if !defined(ISOPACH_STD_THREADS)
 #include <oneapi/tbb/blocked_range.h>
 #include <oneapi/tbb/global_control.h>
 #include <oneapi/tbb/parallel_for.h>
@@ -21,6 +21,31 @@
 #endif
 
 namespace isopach {
+
+namespace {
+
+thread_local const std::atomic<bool>* watched = nullptr;
+
+/// Blocks [first, last), with a look at the flag before each.
+void run_watched(const std::atomic<bool>* flag, std::size_t first, std::size_t last, const void* work,
+                 void (*run)(const void*, std::size_t, std::size_t)) {
+  if (flag == nullptr) {
+    run(work, first, last);
+    return;
+  }
+  const Watch here(flag);  // work inside this work may run on another thread than the one that shared it out
+  for (std::size_t b = first; b != last; ++b) {
+    if (flag->load(std::memory_order_relaxed)) throw Interrupted();
+    run(work, b, b + 1);
+  }
+}
+
+}  // namespace
+
+Watch::Watch(const std::atomic<bool>* flag) : before_(watched) {
+  if (flag != nullptr) watched = flag;
+}
+Watch::~Watch() { watched = before_; }
 
 #if defined(ISOPACH_STD_THREADS)
 
@@ -77,7 +102,8 @@ void run_two(const std::function<void()>& f, const std::function<void()>& g) {
 }  // namespace
 
 void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, std::size_t, std::size_t)) {
-  share_out(blocks, [&](std::size_t b) { run(work, b, b + 1); });
+  const std::atomic<bool>* const flag = watched;
+  share_out(blocks, [&](std::size_t b) { run_watched(flag, b, b + 1, work, run); });
 }
 
 void run_with_threads(int, const std::function<void()>& work) { work(); }
@@ -97,19 +123,27 @@ void run_with_threads(int threads, const std::function<void()>& work) {
   oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                       static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
-  arena.execute(work);
+  arena.execute([&, flag = watched] {
+    const Watch here(flag);
+    work();
+  });
 }
 
 void run_alone(const std::function<void()>& work) {
   oneapi::tbb::task_arena arena(1);  // and no global_control: other calls of the library keep their threads
-  arena.execute(work);
+  arena.execute([&, flag = watched] {
+    const Watch here(flag);
+    work();
+  });
 }
 
 int thread_count() { return oneapi::tbb::this_task_arena::max_concurrency(); }
 
 void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, std::size_t, std::size_t)) {
   using Range = oneapi::tbb::blocked_range<std::size_t>;
-  oneapi::tbb::parallel_for(Range(0, blocks, 1), [=](const Range& range) { run(work, range.begin(), range.end()); });
+  oneapi::tbb::parallel_for(Range(0, blocks, 1), [=, flag = watched](const Range& range) {
+    run_watched(flag, range.begin(), range.end(), work, run);
+  });
 }
 
 namespace {
@@ -122,8 +156,10 @@ void run_two(const std::function<void()>& f, const std::function<void()>& g) { o
 
 void both(const std::function<void()>& f, const std::function<void()>& g) {
   std::exception_ptr of_f, of_g;
-  const auto caught = [](const std::function<void()>& task, std::exception_ptr& error) {
+  const auto caught = [flag = watched](const std::function<void()>& task, std::exception_ptr& error) {
     try {
+      const Watch here(flag);
+      if (flag != nullptr && flag->load(std::memory_order_relaxed)) throw Interrupted();
       task();
     } catch (...) {
       error = std::current_exception();
