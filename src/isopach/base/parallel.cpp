@@ -26,6 +26,10 @@ namespace {
 
 thread_local const std::atomic<bool>* watched = nullptr;
 
+void stop_if_set(const std::atomic<bool>* flag) {
+  if (flag != nullptr && flag->load(std::memory_order_relaxed)) throw Interrupted();
+}
+
 /// Blocks [first, last), with a look at the flag before each.
 void run_watched(const std::atomic<bool>* flag, std::size_t first, std::size_t last, const void* work,
                  void (*run)(const void*, std::size_t, std::size_t)) {
@@ -35,7 +39,7 @@ void run_watched(const std::atomic<bool>* flag, std::size_t first, std::size_t l
   }
   const Watch here(flag);  // work inside this work may run on another thread than the one that shared it out
   for (std::size_t b = first; b != last; ++b) {
-    if (flag->load(std::memory_order_relaxed)) throw Interrupted();
+    stop_if_set(flag);
     run(work, b, b + 1);
   }
 }
@@ -114,6 +118,17 @@ int thread_count() { return static_cast<int>(threads_at_once); }
 
 #else
 
+namespace {
+
+void execute(oneapi::tbb::task_arena& arena, const std::function<void()>& work) {
+  arena.execute([&, flag = watched] {
+    const Watch here(flag);
+    work();
+  });
+}
+
+}  // namespace
+
 void run_with_threads(int threads, const std::function<void()>& work) {
   if (threads <= 0) {
     work();
@@ -123,18 +138,12 @@ void run_with_threads(int threads, const std::function<void()>& work) {
   oneapi::tbb::global_control control(oneapi::tbb::global_control::max_allowed_parallelism,
                                       static_cast<std::size_t>(threads));
   oneapi::tbb::task_arena arena(threads);
-  arena.execute([&, flag = watched] {
-    const Watch here(flag);
-    work();
-  });
+  execute(arena, work);
 }
 
 void run_alone(const std::function<void()>& work) {
   oneapi::tbb::task_arena arena(1);  // and no global_control: other calls of the library keep their threads
-  arena.execute([&, flag = watched] {
-    const Watch here(flag);
-    work();
-  });
+  execute(arena, work);
 }
 
 int thread_count() { return oneapi::tbb::this_task_arena::max_concurrency(); }
@@ -159,7 +168,7 @@ void both(const std::function<void()>& f, const std::function<void()>& g) {
   const auto caught = [flag = watched](const std::function<void()>& task, std::exception_ptr& error) {
     try {
       const Watch here(flag);
-      if (flag != nullptr && flag->load(std::memory_order_relaxed)) throw Interrupted();
+      stop_if_set(flag);
       task();
     } catch (...) {
       error = std::current_exception();

@@ -128,7 +128,8 @@ bool mixed(const Cell& cell) {
 bool layered(const std::vector<Point3>& all, double width, Cell& cell) {
   const std::size_t n = std::min(all.size(), most_points);
   cell.points = all;
-  for (std::size_t i = 0; n < all.size() && i < n; ++i) cell.points[i] = all[i * all.size() / n];
+  if (n < all.size())
+    for (std::size_t i = 0; i < n; ++i) cell.points[i] = all[i * all.size() / n];
   cell.points.resize(n);
   cell.group_of.assign(n, 0);
   sum_groups(cell);
