@@ -128,8 +128,6 @@ FaceFit settled_on_all(const FaceFit& fit, const Array<Point3>& points) {
   return judged(settled(fit, dense), dense);
 }
 
-/// What the points say once they are seen from the front: the means that the template and the plane are laid through
-/// would else fall otherwise for every position of the scan, and the plane with them.
 struct Settled {
   FaceFit fit;
   FaceSymmetry symmetry;
@@ -138,6 +136,8 @@ struct Settled {
 Point3 seen(const Point3& v, const FaceFit& from) { return {dot(v, from.left()), dot(v, from.up), dot(v, from.front)}; }
 Point3 unseen(const Point3& v, const FaceFit& from) { return v.x * from.left() + v.y * from.up + v.z * from.front; }
 
+/// What the points say once they are seen from the front: the means that the template and the plane are laid through
+/// would else fall otherwise for every position of the scan, and the plane with them.
 Settled settled_from_front(const FaceFit& before_it, const Array<Point3>& points) {
   FaceFit front = before_it;
   front.plane = {{1, 0, 0}, 0};
@@ -146,16 +146,13 @@ Settled settled_from_front(const FaceFit& before_it, const Array<Point3>& points
   for (std::size_t i = 0; i < points.size(); ++i) turned[i] = seen(points[i] - before_it.tip, before_it);
   const FaceFit found = settled_on_all(front, turned);
   Settled s{found, face_symmetry(turned, found)};
-  const auto back = [&](FaceFit& fit) {
-    fit.tip = before_it.tip + unseen(fit.tip, before_it);
-    fit.up = unseen(fit.up, before_it), fit.front = unseen(fit.front, before_it);
-  };
+  s.fit.tip = before_it.tip + unseen(found.tip, before_it);
+  s.fit.up = unseen(found.up, before_it), s.fit.front = unseen(found.front, before_it);
   const auto plane_back = [&](const MirrorPlane& plane) {
     const Point3 normal = unseen(plane.normal, before_it);
     return MirrorPlane{normal, plane.offset + dot(normal, before_it.tip)};
   };
-  back(s.fit);
-  s.fit.plane = plane_back(s.fit.plane);
+  s.fit.plane = plane_back(found.plane);
   s.symmetry.plane = plane_back(s.symmetry.plane);
   return s;
 }
