@@ -444,7 +444,7 @@ Run::Run(const RunOptions& options, std::uint64_t seed)
   context_.seed = seed;
   const Session& s = session();
   context_.cancelled = s.cancelled != nullptr ? s.cancelled : &interrupted();
-  watch_.emplace(context_.cancelled);
+  watch_.emplace(context_);
   context_.progress = s.progress;
   if (s.shell) context_.progress = [this](std::string_view stage, double fraction) { progress_.step(stage, fraction); };
 }

@@ -51,11 +51,17 @@ std::size_t run_until(std::atomic<bool>& flag) {
   return count;
 }
 
+Context cancelled_by(const std::atomic<bool>& flag, int threads = 0) {
+  Context context;
+  context.threads = threads;
+  context.cancelled = &flag;
+  return context;
+}
+
 TEST(Watch, EndsWorkThatIsSharedOut) {
   for (const int threads : {1, 2, 7}) {
     std::atomic<bool> flag{false};
-    const Watch watch(&flag);
-    EXPECT_THROW(run_with_threads(threads, [&] { run_until(flag); }), Interrupted);
+    EXPECT_THROW(run_with_threads(cancelled_by(flag, threads), [&] { run_until(flag); }), Interrupted);
   }
 }
 
@@ -69,7 +75,8 @@ TEST(Watch, EndsWorkInsideWorkOnAnyThread) {
       });
     });
   };
-  const Watch watch(&flag);
+  const Context context = cancelled_by(flag);
+  const Watch watch(context);
   EXPECT_THROW(run_with_threads(4, nested), Interrupted);
   EXPECT_LT(inner, many);  // each thread ends after the block that it is in
 }
@@ -77,19 +84,23 @@ TEST(Watch, EndsWorkInsideWorkOnAnyThread) {
 TEST(Watch, EndsOneOfTwoThatShareOutNothing) {
   std::atomic<bool> flag{true};
   bool ran = false;
-  const Watch watch(&flag);
+  const Context context = cancelled_by(flag);
+  const Watch watch(context);
   EXPECT_THROW(both([&] { ran = true; }, [&] { ran = true; }), Interrupted);
   EXPECT_FALSE(ran);
 }
 
 TEST(Watch, IsOverWithItsScope) {
   std::atomic<bool> flag{false};
-  { const Watch watch(&flag); }
+  const Context inner = cancelled_by(flag);
+  { const Watch watch(inner); }
   EXPECT_EQ(run_until(flag), many);
-  std::atomic<bool> outer{false};
-  const Watch watch(&outer);
-  { const Watch none(nullptr); }
-  EXPECT_THROW(run_until(outer), Interrupted);
+  std::atomic<bool> outer_flag{false};
+  const Context outer = cancelled_by(outer_flag);
+  const Watch watch(outer);
+  const Context without;
+  { const Watch none(without); }
+  EXPECT_THROW(run_until(outer_flag), Interrupted);
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ double area_within(const CellView& cells, double limit, const Context& context) 
 Accuracy accuracy(const CloudView& reconstruction, const CloudView& reference, const AccuracyOptions& options,
                   const Context& context) {
   Accuracy result;
-  run_with_threads(context.threads, [&] { result = run(reconstruction, reference, options, context); });
+  run_with_threads(context, [&] { result = run(reconstruction, reference, options, context); });
   return result;
 }
 

@@ -509,7 +509,7 @@ const char* to_text(StablePart part) {
 
 Asymmetry asymmetry(const CloudView& face, const AsymmetryOptions& options, const Context& context) {
   Asymmetry result;
-  run_with_threads(context.threads, [&] { result = run(face, options, context); });
+  run_with_threads(context, [&] { result = run(face, options, context); });
   return result;
 }
 

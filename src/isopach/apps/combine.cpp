@@ -307,7 +307,7 @@ Combination run(const CloudView& face, const CloudView& jaw, const CloudView& re
 Combination combine(const CloudView& face, const CloudView& jaw, const CloudView& reference,
                     const CombineOptions& options, const Context& context) {
   Combination result;
-  run_with_threads(context.threads, [&] { result = run(face, jaw, reference, options, context); });
+  run_with_threads(context, [&] { result = run(face, jaw, reference, options, context); });
   return result;
 }
 

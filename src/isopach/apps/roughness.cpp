@@ -132,7 +132,7 @@ Roughness roughness(const CloudView& scan, const std::optional<CloudView>& after
                     const std::optional<CloudView>& reference, const RoughnessOptions& options,
                     const Context& context) {
   Roughness result;
-  run_with_threads(context.threads, [&] { result = run(scan, after, reference, options, context); });
+  run_with_threads(context, [&] { result = run(scan, after, reference, options, context); });
   return result;
 }
 

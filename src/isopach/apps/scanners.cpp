@@ -219,7 +219,7 @@ Scanners run(const CloudView& a, const CloudView& b, const CloudView& reference,
 Scanners scanners(const CloudView& a, const CloudView& b, const CloudView& reference, const ScannersOptions& options,
                   const Context& context) {
   Scanners result;
-  run_with_threads(context.threads, [&] { result = run(a, b, reference, options, context); });
+  run_with_threads(context, [&] { result = run(a, b, reference, options, context); });
   return result;
 }
 

@@ -395,7 +395,7 @@ class Sequence {
 
 SequenceResult sequence(const FrameSource& frames, const SequenceOptions& options, const Context& context) {
   SequenceResult result;
-  run_with_threads(context.threads, [&] { result = Sequence(frames, options, context).run(); });
+  run_with_threads(context, [&] { result = Sequence(frames, options, context).run(); });
   return result;
 }
 

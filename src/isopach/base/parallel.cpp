@@ -8,6 +8,7 @@
 #include <thread>
 #include <vector>
 
+#include "isopach/base/context.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/thread_limit.hpp"
 #include "isopach/base/watch.hpp"
@@ -24,32 +25,42 @@ namespace isopach {
 
 namespace {
 
-thread_local const std::atomic<bool>* watched = nullptr;
+thread_local const Context* watched = nullptr;
 
-void stop_if_set(const std::atomic<bool>* flag) {
-  if (flag != nullptr && flag->load(std::memory_order_relaxed)) throw Interrupted();
+/// Runs `work` with `context` watched, whatever thread this is; null: none.
+template <class Work>
+void run_watching(const Context* context, Work&& work) {
+  if (context == nullptr) return work();
+  const Watch here(*context);
+  context->check();
+  work();
 }
 
 /// Blocks [first, last), with a look at the flag before each.
-void run_watched(const std::atomic<bool>* flag, std::size_t first, std::size_t last, const void* work,
+void run_watched(const Context* context, std::size_t first, std::size_t last, const void* work,
                  void (*run)(const void*, std::size_t, std::size_t)) {
-  if (flag == nullptr) {
+  if (context == nullptr) {
     run(work, first, last);
     return;
   }
-  const Watch here(flag);  // work inside this work may run on another thread than the one that shared it out
+  const Watch here(*context);  // work inside this work may run on another thread than the one that shared it out
   for (std::size_t b = first; b != last; ++b) {
-    stop_if_set(flag);
+    context->check();
     run(work, b, b + 1);
   }
 }
 
 }  // namespace
 
-Watch::Watch(const std::atomic<bool>* flag) : before_(watched) {
-  if (flag != nullptr) watched = flag;
+Watch::Watch(const Context& context) : before_(watched) {
+  if (context.cancelled != nullptr) watched = &context;
 }
 Watch::~Watch() { watched = before_; }
+
+void run_with_threads(const Context& context, const std::function<void()>& work) {
+  const Watch here(context);
+  run_with_threads(context, work);
+}
 
 #if defined(ISOPACH_STD_THREADS)
 
@@ -106,8 +117,8 @@ void run_two(const std::function<void()>& f, const std::function<void()>& g) {
 }  // namespace
 
 void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, std::size_t, std::size_t)) {
-  const std::atomic<bool>* const flag = watched;
-  share_out(blocks, [&](std::size_t b) { run_watched(flag, b, b + 1, work, run); });
+  const Context* const context = watched;
+  share_out(blocks, [&](std::size_t b) { run_watched(context, b, b + 1, work, run); });
 }
 
 void run_with_threads(int, const std::function<void()>& work) { work(); }
@@ -121,10 +132,7 @@ int thread_count() { return static_cast<int>(threads_at_once); }
 namespace {
 
 void execute(oneapi::tbb::task_arena& arena, const std::function<void()>& work) {
-  arena.execute([&, flag = watched] {
-    const Watch here(flag);
-    work();
-  });
+  arena.execute([&, context = watched] { run_watching(context, work); });
 }
 
 }  // namespace
@@ -150,8 +158,8 @@ int thread_count() { return oneapi::tbb::this_task_arena::max_concurrency(); }
 
 void run_blocks(std::size_t blocks, const void* work, void (*run)(const void*, std::size_t, std::size_t)) {
   using Range = oneapi::tbb::blocked_range<std::size_t>;
-  oneapi::tbb::parallel_for(Range(0, blocks, 1), [=, flag = watched](const Range& range) {
-    run_watched(flag, range.begin(), range.end(), work, run);
+  oneapi::tbb::parallel_for(Range(0, blocks, 1), [=, context = watched](const Range& range) {
+    run_watched(context, range.begin(), range.end(), work, run);
   });
 }
 
@@ -165,11 +173,9 @@ void run_two(const std::function<void()>& f, const std::function<void()>& g) { o
 
 void both(const std::function<void()>& f, const std::function<void()>& g) {
   std::exception_ptr of_f, of_g;
-  const auto caught = [flag = watched](const std::function<void()>& task, std::exception_ptr& error) {
+  const auto caught = [context = watched](const std::function<void()>& task, std::exception_ptr& error) {
     try {
-      const Watch here(flag);
-      stop_if_set(flag);
-      task();
+      run_watching(context, task);
     } catch (...) {
       error = std::current_exception();
     }

@@ -21,10 +21,15 @@
 
 namespace isopach {
 
+struct Context;
+
 inline constexpr std::size_t default_block = 4096;
 
 /// Runs `work` with at most `threads` threads (0 = all cores). More threads than cores are allowed.
 void run_with_threads(int threads, const std::function<void()>& work);
+
+/// The same with the threads of `context`, and watched (base/watch.hpp): what it shares out ends once it is cancelled.
+void run_with_threads(const Context& context, const std::function<void()>& work);
 
 /// Runs `work` on this thread: for what is done before another one is awake. No thread is started.
 void run_alone(const std::function<void()>& work);

@@ -139,7 +139,7 @@ Comparison run_on_threads(const CloudView& a, const CloudView& b, const CompareO
   if (is_short(a, b, options))
     run_alone(work);
   else
-    run_with_threads(context.threads, work);
+    run_with_threads(context, work);
   return result;
 }
 

@@ -185,7 +185,7 @@ Motion fitted(const Places& places, int n) {
 
 std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context) {
   Places places;
-  run_with_threads(context.threads, [&] { places = places_of(c.cells.view()); });
+  run_with_threads(context, [&] { places = places_of(c.cells.view()); });
   if (places.all.size() < least_places) return std::nullopt;
   Displacement found;
   found.before = median_residual(places, {});

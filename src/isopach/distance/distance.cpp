@@ -284,7 +284,7 @@ Distances distance(const CloudView& a, const CloudView& b, const std::optional<C
   d.options = options;
   check_units(a, b, d);
   d.a = stages::summarise_file(a, "A"), d.b = stages::summarise_file(b, "B");
-  run_with_threads(context.threads, [&] { Page(a, b, d, context).run(cores); });
+  run_with_threads(context, [&] { Page(a, b, d, context).run(cores); });
   return d;
 }
 

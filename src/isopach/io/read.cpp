@@ -98,7 +98,7 @@ Cloud read_file(const std::string& path, const ReadOptions& options, const Conte
 Cloud read_cloud(const std::string& path, const ReadOptions& options, const Context& context) {
   context.check();
   Cloud cloud;
-  run_with_threads(context.threads, [&] { cloud = read_file(path, options, context); });
+  run_with_threads(context, [&] { cloud = read_file(path, options, context); });
   cloud.path = path;
   return cloud;
 }

@@ -266,7 +266,7 @@ void write_cloud(const std::string& path, const Cloud& cloud, const Context& con
   for ([[maybe_unused]] const Attribute& a : cloud.attributes) assert(a.values.size() == cloud.points.size());
   const std::string end = lower_case(std::filesystem::path(path).extension().string());
   check_contents(path, end, cloud);
-  run_with_threads(context.threads, [&] {
+  run_with_threads(context, [&] {
     if (end == ".las" || end == ".laz")
       write_las(path, cloud, context);  // these two are atomic by themselves
     else if (end == ".tif" || end == ".tiff")

@@ -340,7 +340,7 @@ void require_trust(const Matching& m, const std::string& option) {
 
 Matching match(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, const Context& context) {
   Matching result;
-  run_with_threads(context.threads, [&] {
+  run_with_threads(context, [&] {
     check_options(options);
     result = Run(moving, fixed, options, context)();
   });

@@ -98,7 +98,7 @@ Scene make_scene(const std::string& name, const SceneOptions& options, const Con
     const Array<Point2> nodes = model.nodes(epoch, scene.footprint, count, context.seed);
     return scan(model, variant, epoch, nodes, noise, context.seed);
   };
-  run_with_threads(context.threads, [&] {
+  run_with_threads(context, [&] {
     context.step("simulate", 0);
     scene.a = make_scan(1, options.points_a, options.noise_a);
     context.step("simulate", 0.5);

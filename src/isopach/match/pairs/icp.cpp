@@ -69,7 +69,7 @@ Matching run(const CloudView& moving, const CloudView& fixed, const Pose& start,
 Matching icp(const CloudView& moving, const CloudView& fixed, const Pose& start, const MatchOptions& options,
              const Context& context) {
   Matching result;
-  run_with_threads(context.threads, [&] { result = run(moving, fixed, start, options, context); });
+  run_with_threads(context, [&] { result = run(moving, fixed, start, options, context); });
   return result;
 }
 
