@@ -59,7 +59,7 @@ Watch::~Watch() { watched = before_; }
 
 void run_with_threads(const Context& context, const std::function<void()>& work) {
   const Watch here(context);
-  run_with_threads(context, work);
+  run_with_threads(context.threads, work);
 }
 
 #if defined(ISOPACH_STD_THREADS)
