@@ -17,7 +17,7 @@ CODES = {"memory": {1}, "open": {1, 2, 3}, "read": {1, 2, 3}, "write": {1}, "clo
          "remove": {1}, "stat": {1, 2, 3}, "list": {1, 2, 3}, "lock": {1}, "thread": {1}}
 NO_MEMORY = re.compile(r"memory|limit of this machine|LASzip|GDAL|could not be started|thread|library|No space for output buffer|[Cc]annot allocate")
 # Lines that libraries print themselves: fonts, codecs and certificates that they look for and isopach does not use.
-OF_LIBRARIES = re.compile(r"^(?:Fontconfig (?:error|warning)|Error in GnuTLS|Failed to allocate memory|.*GnuTLS).*\n?", re.MULTILINE)
+OF_LIBRARIES = re.compile(r"^(?:Fontconfig (?:error|warning)|Out of memory$|Error in GnuTLS|Failed to allocate memory|.*GnuTLS).*\n?", re.MULTILINE)
 PLACE = re.compile(r"\bin/|\bout\b|\bx\.\w+|folder|memory|thread|limit of this machine|library|LASzip|GDAL|standard output")
 LEFT_TO_THE_NEXT = re.compile(r"limit of this machine|ended at once|a library gave up")
 
@@ -70,6 +70,8 @@ class Injector:
                 return "a frame was skipped, as the result says", ""
             if not offence and case.has_folder and sandbox.state(case) != case.after:
                 return "as without the fault, but for the font of the pictures", ""
+            if offence and kind == "memory" and same_points(sandbox, case):
+                return "as without the fault, but for LASzip's table of chunks", ""
             return "as without the fault", offence
         line = done.stderr.strip()
         if deed != "fail":
@@ -129,6 +131,19 @@ class Injector:
         state = sandbox.state(case)
         whole = not sandbox.leftovers() and (state in (case.before, case.after))
         return f"crash in {library}", "" if whole else f"{name} in {library}, and the earlier result is not whole"
+
+
+def same_points(sandbox, case):
+    """Whether a LAZ file that is another one has the same header and points: LASzip does not look whether it got memory for
+    what comes behind them, the table of chunks."""
+    if not (case.target or "").endswith(".laz"):
+        return False
+    texts = []
+    for data in (sandbox.state(case)[case.target], case.after[case.target]):
+        (sandbox.root / "again.laz").write_bytes(data)
+        done = sandbox.run(["convert", "again.laz", "again.las", "--quiet"])
+        texts.append((done.returncode, (sandbox.root / "again.las").read_bytes() if done.returncode == 0 else None))
+    return texts[0] == texts[1] and texts[0][0] == 0
 
 
 def without_pictures(files):

@@ -188,6 +188,36 @@ class Faults(CliTest):
                 if run.returncode == 0 and words == self.COMPARE:
                     self.assertEqual(self.contents("out"), after, what)
 
+    def test_pictures_without_memory(self):
+        """A picture inside another, wrinkles: cairo hands out a surface without pixels. Each large request in turn."""
+        self.run_cli("simulate", "terrain", "--points", "300", "--format", "xyz", "-o", "hill", "--quiet")
+        words = ["roughness", "hill/a.xyz", "-o", "rough", "--map-width", "400", "--quiet"]
+        os.environ["ISOPACH_FAULT_LEAST"] = "65536"
+        self.addCleanup(os.environ.pop, "ISOPACH_FAULT_LEAST")
+        count = self.count(words, "memory")
+        self.assertGreater(count, 20)
+        for number in range(1, count + 1):
+            run = self.with_fault(words, "memory", number)
+            self.assertIn(run.returncode, [0, 1], f"memory {number}: {run.stderr}")
+            if run.returncode == 1:
+                self.assertRegex(run.stderr, "^isopach: .*memory", f"memory {number}")
+
+    def test_gdal_without_memory(self):
+        """GDAL says so by a number, and where it asks for little by a message behind which it ends the program."""
+        self.write("field.geojson", ['{"type": "FeatureCollection", "features": [{"type": "Feature", "properties": {"name": "f"}, '
+                                     '"geometry": {"type": "Polygon", "coordinates": [[[0, 0], [9, 0], [9, 9], [0, 9], [0, 0]]]}}]}'])
+        words = ["compare", "a.xyz", "b.xyz", "-o", "out", "--no-map", "--quiet", "--budget", "field.geojson"]
+        os.environ["ISOPACH_FAULT_LEAST"] = "1"
+        self.addCleanup(os.environ.pop, "ISOPACH_FAULT_LEAST")
+        count = self.count(words, "memory")
+        for number in some(count, 60):
+            self.sweep()
+            run = self.with_fault(words, "memory", number)
+            what = f"memory {number}: exit {run.returncode}: {run.stderr}"
+            self.assertIn(run.returncode, [0, 1], what)
+            self.assertNotIn("mend the file", run.stderr, what)
+            self.assertNotIn("FATAL", run.stderr, what)
+
     # --- single files
 
     def test_each_fault_while_a_file_is_written(self):

@@ -3,7 +3,9 @@
 #include <dlfcn.h>
 #include <fmt/format.h>
 
+#include <cstring>
 #include <filesystem>
+#include <new>
 
 #include "isopach/base/error.hpp"
 
@@ -22,8 +24,10 @@ std::string package_of(const std::string& library) {
                                package_of(library)));
 }
 
-void CPL_STDCALL keep_message(CPLErr severity, CPLErrorNum, const char* message) {
-  static_cast<GdalMessages*>(gdal().CPLGetErrorHandlerUserData())->keep(severity, message);
+void CPL_STDCALL keep_message(CPLErr severity, CPLErrorNum number, const char* message) {
+  // Behind a fatal message GDAL prints and aborts. It is C++: an exception passes through it.
+  if (severity == CE_Fatal) throw std::bad_alloc();
+  static_cast<GdalMessages*>(gdal().CPLGetErrorHandlerUserData())->keep(severity, number, message);
 }
 
 CPLHTTPResult* no_answer(const char*, CSLConstList, GDALProgressFunc, void*, CPLHTTPFetchWriteFunc, void*, void*) {
@@ -66,9 +70,16 @@ GdalMessages::GdalMessages() {
 }
 GdalMessages::~GdalMessages() { gdal().CPLPopErrorHandler(); }
 
-void GdalMessages::keep(int severity, const char* message) {
+const std::string& GdalMessages::failure() const {
+  if (no_memory_) throw std::bad_alloc();
+  return failure_;
+}
+
+void GdalMessages::keep(int severity, int number, const char* message) {
+  // The reader of GeoJSON makes a message of the exception, with the number of any other.
+  if (number == CPLE_OutOfMemory || std::strstr(message, "bad_alloc") != nullptr) no_memory_ = true;
   if (severity < CE_Failure || !failure_.empty()) return;
-  failure_ = message;
+  failure_ = std::string("GDAL: ") + message;
   for (char& c : failure_)
     if (static_cast<unsigned char>(c) < ' ') c = ' ';
 }

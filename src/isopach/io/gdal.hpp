@@ -158,10 +158,12 @@ class GdalMessages {
   ~GdalMessages();
   GdalMessages(const GdalMessages&) = delete;
   GdalMessages& operator=(const GdalMessages&) = delete;
-  [[nodiscard]] const std::string& failure() const { return failure_; }
-  void keep(int severity, const char* message);
+  /// The first message of a failure; empty: none. Throws std::bad_alloc where GDAL said that it got no memory.
+  [[nodiscard]] const std::string& failure() const;
+  void keep(int severity, int number, const char* message);
 
  private:
+  bool no_memory_ = false;
   std::string failure_;
 };
 

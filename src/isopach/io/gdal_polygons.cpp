@@ -196,8 +196,6 @@ PolygonSet read_polygons(const std::string& path) {
     if (file.crs.empty()) file.crs = describe_crs(gdal().OGR_L_GetSpatialRef(layer)).name;
     gdal().OGR_L_ResetReading(layer);
     while (const GdalFeature feature{gdal().OGR_L_GetNextFeature(layer)}) reader.add(feature.get());
-    if (messages.failure().find("bad_alloc") != std::string::npos)
-      throw std::bad_alloc();  // GDAL makes a message of it
     if (!messages.failure().empty()) fail(path, "it cannot be read (" + messages.failure() + "): mend the file");
   }
   reader.finish();

@@ -1,6 +1,7 @@
 #include "isopach/report/draw/canvas.hpp"
 
 #include <cstring>
+#include <new>
 
 #include <cairo.h>
 #include <png.h>
@@ -33,10 +34,18 @@ struct Canvas::Cairo {
   }
 };
 
+namespace {
+
+void check(cairo_status_t status) {
+  if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
+  if (status != CAIRO_STATUS_SUCCESS)
+    throw Error(ExitCode::internal, std::string("map: cairo: ") + cairo_status_to_string(status));
+}
+
+}  // namespace
+
 Canvas::Canvas(int width, int height, const Rgb& background) : cairo_(std::make_shared<Cairo>(width, height)) {
-  if (cairo_status(cairo_->context) != CAIRO_STATUS_SUCCESS)
-    throw Error(ExitCode::internal,
-                std::string("map: cairo: ") + cairo_status_to_string(cairo_status(cairo_->context)));
+  check(cairo_status(cairo_->context));
   cairo_->colour(background);
   cairo_paint(cairo_->context);
 }
@@ -111,6 +120,7 @@ void Canvas::triangle(const std::array<Point2, 3>& corners, const Rgb& fill) {
 
 void Canvas::picture(int x, int y, const Image& image) {
   cairo_surface_t* source = cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height);
+  check(cairo_surface_status(source));
   cairo_surface_flush(source);
   unsigned char* data = cairo_image_surface_get_data(source);
   const int stride = cairo_image_surface_get_stride(source);
@@ -129,6 +139,7 @@ void Canvas::picture(int x, int y, const Image& image) {
 }
 
 Image Canvas::image() const {
+  check(cairo_status(cairo_->context));  // after its first failure a context draws nothing more, and says so only here
   cairo_surface_flush(cairo_->surface);
   Image out;
   out.width = cairo_image_surface_get_width(cairo_->surface);
