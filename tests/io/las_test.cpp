@@ -9,7 +9,9 @@
 #include <filesystem>
 #include <limits>
 
+#include "isopach/base/parallel.hpp"
 #include "isopach/io/las_format.hpp"
+#include "isopach/io/laz.hpp"
 #include "tests/io/files.hpp"
 #include "tests/support/random.hpp"
 #include "tests/support/shared_data.hpp"
@@ -146,6 +148,73 @@ TEST_F(LasTest, CompressedEqualsPlain) {
     EXPECT_EQ(plain.format, "las");
     EXPECT_EQ(compressed.format, "laz");
     expect_equal(plain, compressed);
+    run_with_threads(1, [&] { expect_equal(plain, read(path + ".laz")); });
+    run_with_threads(7, [&] { expect_equal(plain, read(path + ".laz")); });
+  }
+}
+
+// A plain file of point format 1, whose compressed form comes in regular chunks of 50 000 points.
+void write_plain_format_1(const std::string& path, std::size_t points) {
+  std::string bytes(227, '\0');
+  std::memcpy(bytes.data(), "LASF", 4);
+  bytes[24] = 1, bytes[25] = 2, bytes[104] = 1;
+  const auto put = [&](std::size_t at, auto value) { std::memcpy(bytes.data() + at, &value, sizeof value); };
+  put(94, std::uint16_t{227}), put(96, std::uint32_t{227}), put(105, std::uint16_t{28});
+  put(107, static_cast<std::uint32_t>(points));
+  for (std::size_t i = 0; i < 3; ++i) put(131 + 8 * i, 0.001);
+  bytes.resize(227 + 28 * points);
+  test::Random random(9);
+  for (std::size_t i = 0; i < points; ++i) {
+    const std::size_t at = 227 + 28 * i;
+    put(at, static_cast<std::int32_t>(20 * i + random.below(50)));
+    put(at + 4, static_cast<std::int32_t>(random.below(1000000)));
+    put(at + 8, static_cast<std::int32_t>(random.below(3000)));
+    bytes[at + 14] = 9, bytes[at + 15] = static_cast<char>(random.below(8));
+    put(at + 20, 1e5 + 0.01 * static_cast<double>(i));
+  }
+  test::write_file(path, bytes);
+}
+
+TEST_F(LasTest, RegularChunksGiveTheSamePointsForAnyThreads) {
+  for (const std::size_t points : {1ul, 50000ul, 50001ul, 549999ul, 1230000ul}) {
+    SCOPED_TRACE(points);
+    write_plain_format_1(file("plain.las"), points);
+    compress_las(file("plain.las"), file("chunks.laz"), points, {});
+    const Cloud plain = read(file("plain.las"));
+    for (const int threads : {1, 2, 7})
+      run_with_threads(threads, [&] { expect_equal(plain, read(file("chunks.laz"))); });
+  }
+}
+
+TEST_F(LasTest, LayeredChunksGiveTheSamePointsForAnyThreads) {
+  Cloud cloud;
+  test::Random random(4);
+  for (int i = 0; i < 720000; ++i) cloud.points.push_back({0.001 * i, 0.01 * random.below(5000), 0.5});
+  write_las(file("a.las"), cloud, {});
+  write_las(file("a.laz"), cloud, {});
+  const Cloud plain = read(file("a.las"));
+  for (const int threads : {1, 2, 7}) run_with_threads(threads, [&] { expect_equal(plain, read(file("a.laz"))); });
+}
+
+// A table that is damaged leads to the points of one thread or to an error, never to other points.
+TEST_F(LasTest, ADamagedTableOfChunksIsNotBelieved) {
+  write_plain_format_1(file("plain.las"), 620000);
+  compress_las(file("plain.las"), file("chunks.laz"), 620000, {});
+  const Cloud plain = read(file("plain.las"));
+  const std::string good = test::file_content(file("chunks.laz"));
+  const auto table =
+      static_cast<std::size_t>(get_le<std::int64_t>(good.data() + parse_las(good, "chunks.laz").points_at));
+  for (std::size_t at = table + 4; at < good.size(); ++at) {
+    std::string bytes = good;
+    bytes[at] = static_cast<char>(bytes[at] ^ 0x15);
+    test::write_file(file("bad.laz"), bytes);
+    run_with_threads(2, [&] {
+      try {
+        expect_equal(plain, read(file("bad.laz")));
+      } catch (const InputError& error) {
+        EXPECT_NE(std::string(error.what()).find("bad.laz"), std::string::npos);
+      }
+    });
   }
 }
 

@@ -35,20 +35,16 @@ class RecordSource {
   }
   // The next `count` records, valid until the next call.
   const char* next(std::size_t count) {
-    const std::size_t length = file_.record_length;
-    const char* const here = file_.bytes.data() + file_.points_at + done_ * length;
+    if (laz_) return laz_->next(count);
+    const char* const here = file_.bytes.data() + file_.points_at + done_ * file_.record_length;
     done_ += count;
-    if (!laz_) return here;
-    buffer_.resize(count * length);
-    for (std::size_t i = 0; i < count; ++i) laz_->next(buffer_.data() + i * length);
-    return buffer_.data();
+    return here;
   }
 
  private:
   const LasFile& file_;
   std::unique_ptr<LazReader> laz_;
   std::size_t done_ = 0;
-  Array<char> buffer_;
 };
 
 bool ends_with_laz(const std::string& path) {

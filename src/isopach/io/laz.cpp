@@ -12,7 +12,9 @@
 #include <sstream>
 #include <streambuf>
 
+#include "isopach/base/array.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/base/parallel.hpp"
 #include "isopach/io/output_file.hpp"
 
 namespace isopach {
@@ -89,6 +91,9 @@ class BytesBuffer : public std::streambuf {
   pos_type seekpos(pos_type at, std::ios_base::openmode mode) override {
     return seekoff(off_type(at), std::ios_base::beg, mode);
   }
+
+ public:
+  [[nodiscard]] std::size_t position() const { return static_cast<std::size_t>(gptr() - eback()); }
 };
 
 // Items of LASzip's own record, by type: 0 extra bytes, 6-9 point/time/colour/waveform of formats 0-5, 10-14 of 6-10.
@@ -290,19 +295,81 @@ void pack(const laszip_point& p, int format, std::size_t length, char* record) {
   std::memset(record + at + extra, 0, length - at - extra);
 }
 
+// A reader of the whole file that can be set to any point: one of several that decompress side by side.
+class PlacedReader {
+ public:
+  explicit PlacedReader(std::span<const char> bytes) : buffer_(bytes), stream_(&buffer_) {}
+  /// Empty, or what is wrong.
+  [[nodiscard]] std::string open() {
+    const bool good = handle_.open_reader(stream_) && laszip_get_point_pointer(handle_.get(), &point_) == 0;
+    return good ? "" : handle_.error();
+  }
+  [[nodiscard]] std::string seek(std::size_t point) {
+    return laszip_seek_point(handle_.get(), static_cast<laszip_I64>(point)) == 0 ? "" : handle_.error();
+  }
+  [[nodiscard]] bool next() { return laszip_read_point(handle_.get()) == 0; }
+  [[nodiscard]] const laszip_point& point() const { return *point_; }
+  [[nodiscard]] std::string error() const { return handle_.error(); }
+  [[nodiscard]] std::size_t position() const { return buffer_.position(); }
+
+ private:
+  BytesBuffer buffer_;
+  std::istream stream_;
+  Handle handle_;
+  laszip_point* point_ = nullptr;
+};
+
+// A run of points that one task decompresses into its place among the records.
+struct Run {
+  std::size_t first, points;
+  std::size_t begin = 0, end = 0;  // bytes of the file that were decompressed
+  std::string failure;             // empty: none
+};
+
+// Points in a chunk where all but the last have as many; 0: not in chunks, or in chunks of any size.
+std::size_t points_in_chunks(const LasFile& file) {
+  const char* const record = laszip_record(file)->data.data();
+  if (is_layered(file) || get_le<std::uint16_t>(record) != 2) return 0;
+  const std::size_t points = get_le<std::uint32_t>(record + 12);
+  if (points == 0 || points >= file.count) return 0;
+  auto table = get_le<std::int64_t>(file.bytes.data() + file.points_at);
+  if (table == -1) table = get_le<std::int64_t>(file.bytes.data() + file.bytes.size() - 8);
+  const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + static_cast<std::size_t>(table) + 4);
+  return chunks == (file.count + points - 1) / points ? points : 0;
+}
+
 }  // namespace
 
+// Decompresses batch by batch. A batch is as many whole chunks as fit, shared out over the threads; where the file does
+// not come in chunks, or in huge ones, so many points of the one reader that goes through them.
 struct LazReader::State {
-  State(const std::string& name, const LasFile& las) : path(name), file(las), buffer(las.bytes), whole(&buffer) {}
+  State(const std::string& name, const LasFile& las)
+      : path(name),
+        file(las),
+        batch(std::clamp<std::size_t>(batch_bytes / las.record_length, 1, batch_points)),
+        buffer(las.bytes),
+        whole(&buffer) {}
+  static constexpr std::size_t batch_points = std::size_t{1} << 19, batch_bytes = std::size_t{64} << 20;
+
   std::string path;
   const LasFile& file;
+  std::size_t batch;          // most points at a time
   std::vector<Chunk> chunks;  // empty unless layered
+  std::size_t regular = 0;    // points in each chunk of a file of regular chunks, 0: any other file
   std::size_t next_chunk = 0, left = 0, done = 0;
+  std::size_t reached = 0;  // where the last batch of regular chunks ended in the file
   BytesBuffer buffer;
   std::istream whole;          // the file
   std::istringstream chunked;  // of one chunk
   std::optional<Handle> laszip;
   laszip_point* point = nullptr;
+  std::vector<std::unique_ptr<PlacedReader>> readers;
+  Array<char> records;
+  std::size_t given = 0, ready = 0;  // records of the buffer that were handed out, and all of them
+
+  [[noreturn]] void fail_at(std::size_t at, const std::string& cause) const {
+    fail(path, fmt::format("point {} of {} cannot be decompressed ({})", at + 1, file.count, cause));
+  }
 
   void open() {
     laszip.emplace();
@@ -318,27 +385,143 @@ struct LazReader::State {
     }
     if (!good || laszip_get_point_pointer(laszip->get(), &point) != 0) fail(path, laszip->error());
   }
+
+  /// The next points of the reader that goes through them: as many as it gave.
+  std::size_t read_on(char* into) {
+    if (left == 0) open();
+    const std::size_t count = std::min(left, batch);
+    for (std::size_t i = 0; i < count; ++i) {
+      if (laszip_read_point(laszip->get()) != 0) fail_at(done + i, laszip->error());
+      pack(*point, file.format, file.record_length, into + i * file.record_length);
+    }
+    left -= count;
+    return count;
+  }
+
+  /// The layered chunks that fit into a batch; none if the next alone does not.
+  [[nodiscard]] std::size_t layered_chunks() const {
+    std::size_t points = 0, n = 0;
+    while (next_chunk + n < chunks.size() && points + chunks[next_chunk + n].points <= batch)
+      points += chunks[next_chunk + n++].points;
+    return n;
+  }
+
+  void decompress(const Chunk& chunk, Run& run, char* into) const {
+    std::istringstream stream(file_of_chunk(file, chunk));
+    Handle handle;
+    laszip_point* read = nullptr;
+    if (!handle.open_reader(stream) || laszip_get_point_pointer(handle.get(), &read) != 0) {
+      run.failure = handle.error();
+      return;
+    }
+    for (std::size_t i = 0; i < run.points; ++i) {
+      if (laszip_read_point(handle.get()) != 0) {
+        run.first += i;
+        run.failure = handle.error();
+        return;
+      }
+      pack(*read, file.format, file.record_length, into + i * file.record_length);
+    }
+  }
+
+  std::size_t read_layered(std::size_t count, char* into) {
+    std::vector<Run> runs;
+    std::size_t points = 0;
+    for (std::size_t i = 0; i < count; ++i) {
+      runs.push_back({done + points, chunks[next_chunk + i].points, 0, 0, {}});
+      points += runs.back().points;
+    }
+    for_blocks(count, 1, [&](std::size_t i, std::size_t) {
+      decompress(chunks[next_chunk + i], runs[i], into + (runs[i].first - done) * file.record_length);
+    });
+    check(runs);
+    next_chunk += count;
+    return points;
+  }
+
+  void decompress(PlacedReader& reader, Run& run, char* into) const {
+    run.failure = reader.seek(run.first);
+    run.begin = reader.position();
+    for (std::size_t i = 0; run.failure.empty() && i < run.points; ++i) {
+      if (reader.next()) {
+        pack(reader.point(), file.format, file.record_length, into + i * file.record_length);
+        continue;
+      }
+      run.first += i;
+      run.failure = reader.error();
+    }
+    run.end = reader.position();
+  }
+
+  std::size_t read_regular(char* into) {
+    while (readers.size() < static_cast<std::size_t>(thread_count())) {
+      readers.push_back(std::make_unique<PlacedReader>(file.bytes));
+      if (const std::string cause = readers.back()->open(); !cause.empty()) fail(path, cause);
+    }
+    const std::size_t points = std::min(batch / regular * regular, file.count - done);
+    const std::size_t all = (points + regular - 1) / regular;
+    std::vector<Run> runs;
+    for (std::size_t i = 0, from = 0; i < readers.size(); ++i) {
+      const std::size_t to = (i + 1) * all / readers.size();
+      if (to == from) continue;
+      const std::size_t last = std::min(to * regular, points);
+      runs.push_back({done + from * regular, last - from * regular, 0, 0, {}});
+      from = to;
+    }
+    for_blocks(runs.size(), 1, [&](std::size_t i, std::size_t) {
+      decompress(*readers[i], runs[i], into + (runs[i].first - done) * file.record_length);
+    });
+    check(runs);
+    // LASzip believes its table of chunks: each run must begin where the one before it ended.
+    for (const Run& run : runs) {
+      if (run.begin != reached) fail_at(run.first, "the table of compressed chunks does not fit the points");
+      reached = run.end;
+    }
+    return points;
+  }
+
+  void check(const std::vector<Run>& runs) const {
+    for (const Run& run : runs)
+      if (!run.failure.empty()) fail_at(run.first, run.failure);
+  }
+
+  /// Decompresses the next batch behind the records that are ready.
+  void more() {
+    const std::size_t length = file.record_length;
+    std::memmove(records.data(), records.data() + given * length, (ready - given) * length);
+    ready -= given, given = 0;
+    records.resize((ready + std::min(batch, file.count - done)) * length);
+    char* const into = records.data() + ready * length;
+    std::size_t count = 0;
+    if (const std::size_t n = left == 0 ? layered_chunks() : 0; n > 0)
+      count = read_layered(n, into);
+    else
+      count = regular > 0 ? read_regular(into) : read_on(into);
+    done += count, ready += count;
+  }
 };
 
 LazReader::LazReader(const std::string& path, const LasFile& file) : state_(std::make_unique<State>(path, file)) {
+  State& state = *state_;
   check_items(file, path);
-  if (is_layered(file))
-    state_->chunks = find_chunks(file, path);
-  else
-    check_table(file, path);
+  if (is_layered(file)) {
+    state.chunks = find_chunks(file, path);
+    return;
+  }
+  check_table(file, path);
+  if (const std::size_t points = points_in_chunks(file); 2 * points <= state.batch && thread_count() > 1)
+    state.regular = points;
+  state.reached = file.points_at + 8;
 }
 
 LazReader::~LazReader() = default;
 
-void LazReader::next(char* record) {
+const char* LazReader::next(std::size_t count) {
   State& state = *state_;
-  if (state.left == 0) state.open();
-  if (laszip_read_point(state.laszip->get()) != 0)
-    fail(state.path, fmt::format("point {} of {} cannot be decompressed ({})", state.done + 1, state.file.count,
-                                 state.laszip->error()));
-  --state.left;
-  ++state.done;
-  pack(*state.point, state.file.format, state.file.record_length, record);
+  while (state.ready - state.given < count) state.more();
+  const char* const records = state.records.data() + state.given * state.file.record_length;
+  state.given += count;
+  return records;
 }
 
 void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {
