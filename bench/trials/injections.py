@@ -17,7 +17,10 @@ CODES = {"memory": {1}, "open": {1, 2, 3}, "read": {1, 2, 3}, "write": {1}, "clo
          "remove": {1}, "stat": {1, 2, 3}, "list": {1, 2, 3}, "lock": {1}, "thread": {1}}
 NO_MEMORY = re.compile(r"memory|limit of this machine|LASzip|GDAL|could not be started|thread|library|No space for output buffer|[Cc]annot allocate")
 # Lines that libraries print themselves: fonts, codecs and certificates that they look for and isopach does not use.
-OF_LIBRARIES = re.compile(r"^(?:Fontconfig (?:error|warning)|Out of memory$|Error in GnuTLS|Failed to allocate memory|.*GnuTLS).*\n?", re.MULTILINE)
+# What libraries print themselves; fontconfig prints bytes that it did not read before "(errno".
+OF_LIBRARIES = re.compile(r"^Fontconfig error: (?:.|\n)*?\(errno \d+\)\n?"
+                          r"|^(?:Fontconfig (?:error|warning)|Out of memory$|Error in GnuTLS|Failed to allocate memory|.*GnuTLS).*\n?",
+                          re.MULTILINE)
 PLACE = re.compile(r"\bin/|\bout\b|\bx\.\w+|folder|memory|thread|limit of this machine|library|LASzip|GDAL|standard output")
 LEFT_TO_THE_NEXT = re.compile(r"limit of this machine|ended at once|a library gave up")
 
