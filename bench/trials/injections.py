@@ -21,6 +21,8 @@ NO_MEMORY = re.compile(r"memory|limit of this machine|LASzip|GDAL|could not be s
 OF_LIBRARIES = re.compile(r"^Fontconfig error: (?:.|\n)*?\(errno \d+\)\n?"
                           r"|^(?:Fontconfig (?:error|warning)|Out of memory$|Error in GnuTLS|Failed to allocate memory|.*GnuTLS).*\n?",
                           re.MULTILINE)
+# The heap, which LASzip damages where it does not look whether it got memory, and checks inside libraries, before they end.
+OF_THE_HEAP = re.compile(r"^(?:free\(\)|double free|malloc\(\)|corrupted|munmap_chunk).*\n|^.*: Assertion .* failed\.\n", re.MULTILINE)
 PLACE = re.compile(r"\bin/|\bout\b|\bx\.\w+|folder|memory|thread|limit of this machine|library|LASzip|GDAL|standard output")
 LEFT_TO_THE_NEXT = re.compile(r"limit of this machine|ended at once|a library gave up")
 
@@ -66,7 +68,12 @@ class Injector:
         if kind == "memory" and done.stderr.startswith("Operating system error: Cannot allocate memory"):
             sandbox.sweep(case)  # libgfortran, one of the libraries that GDAL loads, ends the program as it begins
             return "ended by libgfortran", "" if sandbox.state(case) in (case.before, case.after) else "and the result is not whole"
+        if kind == "memory" and done.returncode == 127 and done.stderr.strip() == "out of memory":
+            sandbox.sweep(case)
+            return "ended by the loader", "" if sandbox.state(case) in (case.before, case.after) else "and the result is not whole"
         done.stderr = OF_LIBRARIES.sub("", done.stderr)
+        if kind == "memory" and "isopach: a library gave up" in done.stderr:
+            done.stderr = OF_THE_HEAP.sub("", done.stderr)
         if done.returncode == case.code:
             offence = self.against_undisturbed(sandbox, case, kind, done)
             if offence and case.verb == "sequence" and b"was skipped: in/frames" in (sandbox.state(case).get("result.json") or b""):

@@ -50,7 +50,8 @@ then could be lost. So the record goes first and comes last, and what is to be r
   is one line and exit 1. In all of these the earlier result stays; what they had begun the next run removes. Such crashes are counted in the table, by library.
 - **Where nothing may fail.** Parts of the C++ standard library must not throw and need memory all the same (listing a folder): the run ends at once, in one line,
   exit 1, and leaves its unfinished folder to the next run.
-- **Before it begins.** With less memory than the program needs to be loaded, the loader of the system speaks, not isopach.
+- **Before it begins.** With less memory than the program needs to be loaded, or the libraries of GDAL later on, the loader of the
+  system speaks, not isopach, and ends with 127.
 - **The disk itself.** A power cut was not tried, only that everything is brought to the disk (fsync) before it is renamed; a disk that lies about that is believed.
 - Requests of memory inside the C library (buffers of streams) fail as any other; stacks of threads and mapped files are tried by the limit of memory alone.
 

@@ -64,7 +64,7 @@ class Handle {
     if (message.starts_with("internal error")) message += ": broken, or short of memory";
     for (char& c : message)
       if (static_cast<unsigned char>(c) < ' ') c = ' ';
-    return message;
+    return "LASzip: " + message;
   }
 
  private:
@@ -529,7 +529,7 @@ void compress_las(const std::string& las, const std::string& laz, std::size_t co
   if (!out) fail_to_write(laz, std::strerror(errno));
   Handle reader, writer;
   const auto check = [&](bool good, const Handle& handle) {
-    if (!good) fail_to_write(laz, "LASzip: " + handle.error());
+    if (!good) fail_to_write(laz, handle.error());
   };
   check(reader.open_reader(las), reader);
   laszip_header* header = nullptr;
