@@ -9,6 +9,7 @@
 #include "cli/session.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/report/changes.hpp"
 #include "isopach/report/draw/map.hpp"
 #include "isopach/report/page/matched.hpp"
 #include "isopach/report/page/moved.hpp"
@@ -50,10 +51,11 @@ Option add_result_options(Command& command, Delivery& delivery, const std::strin
 
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
   delivery.output = default_folder;
-  const Option folder = add_result_options(
-      command, delivery,
-      "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
-      "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
+  const Option folder =
+      add_result_options(command, delivery,
+                         "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
+                         "points_a.ply, points_b.ply, with polygons budget.csv, of changes changes.csv and "
+                         "changes.geojson (LAS in: also points_a.las); made if it is not there");
   if (!default_folder.empty()) folder.show_default();
   add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
@@ -121,6 +123,11 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
   if (folder != nullptr && !comparison.budget.empty()) folder->write_text("budget.csv", budget_csv(comparison));
   std::string map;
   MapOptions look = delivery.map;
+  if (folder != nullptr && comparison.changes) {
+    folder->write_text("changes.csv", changes_csv(comparison));
+    folder->write_text("changes.geojson", changes_geojson(comparison));
+  }
+  if (comparison.changes) look.lines = change_lines(comparison);
   if (matched != nullptr)
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
   if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
