@@ -348,6 +348,7 @@ int run_compare(const Arguments& arguments) {
   request.options.uncertainty.registration_source = request.registration.source;
   if (request.has_min_change_area.is_given()) request.options.changes.min_area = request.min_change_area;
   check_before_work(request);
+  check_layers(request.delivery, request.options.project);
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 
   Run run(request.run);

@@ -3,17 +3,22 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cli/answer.hpp"
+#include "cli/parse.hpp"
 #include "cli/session.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/changes.hpp"
 #include "isopach/report/draw/map.hpp"
+#include "isopach/report/layers.hpp"
 #include "isopach/report/page/matched.hpp"
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/text.hpp"
+#include "isopach/report/profile.hpp"
+#include "isopach/report/vector_layers.hpp"
 
 namespace isopach::cli {
 
@@ -61,6 +66,41 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
+  command.heading("Layers");
+  command
+      .option(
+          "--raster", "STEP", delivery.raster,
+          "Also difference.tif: a GeoTIFF of d, coverage, both heights, level of detection; each pixel is the exact "
+          "mean over what was measured of it. Side of the pixels, in the unit of x and y")
+      .check(positive());
+  command
+      .option("--contours", "STEP", delivery.contours,
+              "Also contours.geojson: the lines where d is a multiple of this, 0 included, exact on the cells")
+      .check(positive());
+  command
+      .option("--profile", "X,Y;X,Y...|FILE", delivery.profile,
+              "Also profile.csv and profile.svg: the section along a line, with a row at every cell it crosses; its "
+              "corners, or a file of them: GeoJSON, or two numbers a line")
+      .check(not_empty());
+  command.flag("--outlines", delivery.outlines,
+               "Also outlines.geojson: what was compared, and what each scan covers, as polygons");
+  command.flag("--vtu", delivery.vtu, "Also cells.vtu: the cells with d and both heights, for ParaView");
+}
+
+void check_layers(Delivery& delivery, const ProjectOptions& project) {
+  const std::array<std::pair<const char*, bool>, 5> asked{{{"raster", delivery.raster > 0},
+                                                           {"contours", delivery.contours > 0},
+                                                           {"profile", !delivery.profile.empty()},
+                                                           {"outlines", delivery.outlines},
+                                                           {"vtu", delivery.vtu}}};
+  for (const auto& [name, is_asked] : asked) {
+    if (!is_asked) continue;
+    if (session().shell && delivery.output.empty())
+      throw UsageError(fmt::format("--{}: acts with --output alone, which names the folder to write into", name));
+    if (std::string_view(name) != "vtu") require_map_direction(project, std::string("@") + name);
+  }
+  if (delivery.raster > 0) need_raster_writer("difference.tif");
+  if (!delivery.profile.empty() && delivery.line.empty()) delivery.line = read_line(delivery.profile, "--profile");
 }
 
 namespace {
@@ -71,6 +111,21 @@ void write_scan(const CloudView& cloud, const PointFields& fields, const std::st
   write_points(folder.path(name + ".ply"), cloud, fields, context);
   if (!is_las_file(cloud)) return;
   write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
+}
+
+void write_layers(const Comparison& c, const Delivery& delivery, OutputFolder& folder, const Context& context) {
+  if (delivery.raster > 0) {
+    const RasterLayers layers = difference_layers(c, delivery.raster, context);
+    write_raster_layers(folder.path("difference.tif"), layers, context);
+    folder.write_text("difference.qml", raster_style(c, delivery.map));
+  }
+  if (delivery.contours > 0) folder.write_text("contours.geojson", contours_geojson(c, delivery.contours, context));
+  if (!delivery.profile.empty()) {
+    folder.write_text("profile.csv", profile_csv(c, delivery.line, context));
+    folder.write_text("profile.svg", profile_svg(c, delivery.line, context));
+  }
+  if (delivery.outlines) folder.write_text("outlines.geojson", outlines_geojson(c, context));
+  if (delivery.vtu) write_vtu(folder.path("cells.vtu"), c, context);
 }
 
 /// difference.ply shows the cells that were measured; with --surface both the overlay's stand beside those of T.
@@ -131,6 +186,12 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
   if (matched != nullptr)
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
   if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
+
+  if (folder != nullptr) {
+    Delivery layers = delivery;
+    check_layers(layers, comparison.options.project);
+    write_layers(comparison, layers, *folder, context);
+  }
 
   set_write_time(comparison.timing, watch.lap());
 

@@ -90,7 +90,8 @@ TEST(ChangeSigma, OfErrorsThatAreAllAlikeIsThatOfAShift) {
   correlated.uncertainty.correlation_range = 1e6;
   correlated.uncertainty.sigma1 = {SigmaSource::Kind::constant, 0.03, ""};
   correlated.uncertainty.sigma2 = {SigmaSource::Kind::constant, 0.04, ""};
-  for (const Change& change : compare(a, b, correlated, {}).changes->list)
+  const Comparison alike = compare(a, b, correlated, {});
+  for (const Change& change : alike.changes->list)
     EXPECT_NEAR(*change.sigma, 0.05 * change.area, 0.01 * 0.05 * change.area);
 }
 

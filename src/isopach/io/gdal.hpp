@@ -33,6 +33,7 @@ namespace isopach {
   X(GDALAllRegister)               \
   X(GDALClose)                     \
   X(GDALCreate)                    \
+  X(GDALCreateCopy)                \
   X(GDALDataTypeIsComplex)         \
   X(GDALDatasetGetLayer)           \
   X(GDALDatasetGetLayerCount)      \
@@ -55,6 +56,7 @@ namespace isopach {
   X(GDALOpenEx)                    \
   X(GDALRasterIO)                  \
   X(GDALRegister_GTiff)            \
+  X(GDALSetDescription)            \
   X(GDALSetGeoTransform)           \
   X(GDALSetProjection)             \
   X(GDALSetRasterNoDataValue)      \

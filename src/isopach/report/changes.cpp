@@ -5,6 +5,7 @@
 
 #include "isopach/report/draw/chart.hpp"
 #include "isopach/report/page/change_values.hpp"
+#include "isopach/report/page/geojson.hpp"
 #include "isopach/report/page/words.hpp"
 
 namespace isopach {
@@ -22,38 +23,6 @@ Json row_of(const Json& change) {
   row["x"] = change["centroid"][0], row["y"] = change["centroid"][1];
   for (const char* key : {"points_a", "points_b", "significance", "significant"}) row[key] = change[key];
   return row;
-}
-
-/// Rings as GeoJSON has them: closed.
-Json polygon_json(const Comparison& c, const PolygonWithHoles& polygon) {
-  Json rings = Json::array();
-  for (const auto& ring : polygon.rings) {
-    Json corners = Json::array();
-    for (std::size_t i = 0; i <= ring.size(); ++i) {
-      const Point2& p = ring[i % ring.size()];
-      const Point3 at = c.frame.to_input({p.x, p.y, 0});
-      corners.push_back(Json::array({real(at.x), real(at.y)}));
-    }
-    rings.push_back(corners);
-  }
-  return rings;
-}
-
-Json geometry_json(const Comparison& c, const Change& change) {
-  if (change.outline.empty()) return nullptr;
-  if (change.outline.size() == 1) return {{"type", "Polygon"}, {"coordinates", polygon_json(c, change.outline[0])}};
-  Json polygons = Json::array();
-  for (const PolygonWithHoles& polygon : change.outline) polygons.push_back(polygon_json(c, polygon));
-  return {{"type", "MultiPolygon"}, {"coordinates", polygons}};
-}
-
-/// "EPSG:25832+7837" → "urn:ogc:def:crs:EPSG::25832"; empty for other names.
-std::string urn_of(const std::string& crs) {
-  if (crs.rfind("EPSG:", 0) != 0) return "";
-  const std::string number = crs.substr(5, crs.find('+') == std::string::npos ? std::string::npos : crs.find('+') - 5);
-  const bool digits =
-      !number.empty() && std::all_of(number.begin(), number.end(), [](char l) { return '0' <= l && l <= '9'; });
-  return digits ? "urn:ogc:def:crs:EPSG::" + number : "";
 }
 
 }  // namespace
@@ -76,19 +45,13 @@ std::string changes_csv(const Comparison& c) {
 
 std::string changes_geojson(const Comparison& c) {
   const Json list = changes_json(c);
-  // A feature a line, so that large files can be looked through.
-  std::string out = "{\"type\": \"FeatureCollection\", \"name\": \"changes\",\n";
-  if (const std::string urn = urn_of(c.a.crs.empty() ? c.b.crs : c.a.crs); !urn.empty())
-    out += "\"crs\": {\"type\": \"name\", \"properties\": {\"name\": \"" + urn + "\"}},\n";
-  out += "\"features\": [";
-  for (std::size_t i = 0; i < list.size(); ++i) {
-    const Json feature{{"type", "Feature"},
-                       {"id", i + 1},
-                       {"properties", row_of(list[i])},
-                       {"geometry", geometry_json(c, c.changes->list[i])}};
-    out += (i == 0 ? "\n" : ",\n") + feature.dump();
-  }
-  return out + "\n]}\n";
+  std::vector<Json> features;
+  for (std::size_t i = 0; i < list.size(); ++i)
+    features.push_back({{"type", "Feature"},
+                        {"id", i + 1},
+                        {"properties", row_of(list[i])},
+                        {"geometry", polygons_json(c, c.changes->list[i].outline)}});
+  return feature_collection(c, "changes", features);
 }
 
 std::vector<MapLine> change_lines(const Comparison& c) {
