@@ -84,22 +84,29 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
       .check(not_empty());
   command.flag("--outlines", delivery.outlines,
                "Also outlines.geojson: what was compared, and what each scan covers, as polygons");
+  command.choice<VectorFormat>(
+      "--vectors", delivery.vectors,
+      {{"geojson", VectorFormat::geojson}, {"gpkg", VectorFormat::gpkg}, {"fgb", VectorFormat::fgb}},
+      "Format of contours, outlines and changes: GeoJSON, GeoPackage, FlatGeobuf");
   command.flag("--vtu", delivery.vtu, "Also cells.vtu: the cells with d and both heights, for ParaView");
 }
 
 void check_layers(Delivery& delivery, const ProjectOptions& project) {
-  const std::array<std::pair<const char*, bool>, 5> asked{{{"raster", delivery.raster > 0},
+  const std::array<std::pair<const char*, bool>, 6> asked{{{"raster", delivery.raster > 0},
                                                            {"contours", delivery.contours > 0},
                                                            {"profile", !delivery.profile.empty()},
                                                            {"outlines", delivery.outlines},
+                                                           {"vectors", delivery.vectors != VectorFormat::geojson},
                                                            {"vtu", delivery.vtu}}};
   for (const auto& [name, is_asked] : asked) {
     if (!is_asked) continue;
     if (session().shell && delivery.output.empty())
       throw UsageError(fmt::format("--{}: acts with --output alone, which names the folder to write into", name));
-    if (std::string_view(name) != "vtu") require_map_direction(project, std::string("@") + name);
+    const bool goes_with_any = std::string_view(name) == "vtu" || std::string_view(name) == "vectors";
+    if (!goes_with_any) require_map_direction(project, std::string("@") + name);
   }
   if (delivery.raster > 0) need_raster_writer("difference.tif");
+  need_vector_writer(delivery.vectors, std::string("vectors.") + ending_of(delivery.vectors));
   if (!delivery.profile.empty() && delivery.line.empty()) delivery.line = read_line(delivery.profile, "--profile");
 }
 
@@ -113,18 +120,23 @@ void write_scan(const CloudView& cloud, const PointFields& fields, const std::st
   write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
 }
 
+const std::string& crs_of(const Comparison& c) { return c.a.crs.empty() ? c.b.crs : c.a.crs; }
+
 void write_layers(const Comparison& c, const Delivery& delivery, OutputFolder& folder, const Context& context) {
+  const auto vectors = [&](const std::string& name, const std::string& geojson) {
+    write_vectors(folder.path(name + "." + ending_of(delivery.vectors)), geojson, delivery.vectors, crs_of(c));
+  };
   if (delivery.raster > 0) {
     const RasterLayers layers = difference_layers(c, delivery.raster, context);
     write_raster_layers(folder.path("difference.tif"), layers, context);
     folder.write_text("difference.qml", raster_style(c, delivery.map));
   }
-  if (delivery.contours > 0) folder.write_text("contours.geojson", contours_geojson(c, delivery.contours, context));
+  if (delivery.contours > 0) vectors("contours", contours_geojson(c, delivery.contours, context));
   if (!delivery.profile.empty()) {
     folder.write_text("profile.csv", profile_csv(c, delivery.line, context));
     folder.write_text("profile.svg", profile_svg(c, delivery.line, context));
   }
-  if (delivery.outlines) folder.write_text("outlines.geojson", outlines_geojson(c, context));
+  if (delivery.outlines) vectors("outlines", outlines_geojson(c, context));
   if (delivery.vtu) write_vtu(folder.path("cells.vtu"), c, context);
 }
 
@@ -180,7 +192,8 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
   MapOptions look = delivery.map;
   if (folder != nullptr && comparison.changes) {
     folder->write_text("changes.csv", changes_csv(comparison));
-    folder->write_text("changes.geojson", changes_geojson(comparison));
+    write_vectors(folder->path(std::string("changes.") + ending_of(delivery.vectors)), changes_geojson(comparison),
+                  delivery.vectors, crs_of(comparison));
   }
   if (comparison.changes) look.lines = change_lines(comparison);
   if (matched != nullptr)

@@ -11,6 +11,7 @@
 #include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/io/output_file.hpp"
+#include "isopach/io/vector_format.hpp"
 #include "isopach/match/matching.hpp"
 #include "isopach/report/report.hpp"
 
@@ -74,12 +75,13 @@ struct Delivery {
   std::string pose_out;        ///< of match: a file for the pose alone
   std::string format = "ply";  ///< of points of distance and roughness
   MapOptions map;
-  double raster = 0;         ///< > 0: side of the pixels of difference.tif
-  double contours = 0;       ///< > 0: from one contour of d to the next
-  std::string profile;       ///< a line: x,y;x,y… or a file
-  std::vector<Point2> line;  ///< what it says, once it is read
-  bool outlines = false;     ///< of the domain and of both scans
-  bool vtu = false;          ///< the cells for ParaView
+  double raster = 0;                             ///< > 0: side of the pixels of difference.tif
+  double contours = 0;                           ///< > 0: from one contour of d to the next
+  std::string profile;                           ///< a line: x,y;x,y… or a file
+  std::vector<Point2> line;                      ///< what it says, once it is read
+  VectorFormat vectors = VectorFormat::geojson;  ///< of contours, outlines, changes
+  bool outlines = false;                         ///< of the domain and of both scans
+  bool vtu = false;                              ///< the cells for ParaView
 };
 
 /// --palette, --flip-palette, --title and --map-width. `title`: help of --title.

@@ -102,6 +102,25 @@ class Layers(CliTest):
         self.assertAlmostEqual(domain["properties"]["area"], r["domain"]["area"], places=6)
         self.assertEqual([a["properties"]["name"], b["properties"]["name"]], ["footprint_a", "footprint_b"])
 
+    def test_vectors_in_other_formats(self):
+        asked = ("--outlines", "--contours", "0.5", "--changes", "--lod", "0.1")
+        self.compare(*asked)
+        r = self.json("result.json")
+        for kind in ("gpkg", "fgb"):
+            self.compare("--vectors", kind, *asked)
+            there = {path.name for path in self.path("out").iterdir()}
+            self.assertLessEqual({f"outlines.{kind}", f"contours.{kind}", f"changes.{kind}"}, there)
+            self.assertFalse({"outlines.geojson", "contours.geojson", "changes.geojson"} & there)
+            inside = self.result("compare", "a.xyz", "b.xyz", "--budget", f"out/outlines.{kind}")
+            row = next(row for row in inside["budget"] if row["name"] == "domain")
+            self.assertAlmostEqual(row["polygon_area"], r["domain"]["area"], places=6)
+            changes = self.result("compare", "a.xyz", "b.xyz", "--budget", f"out/changes.{kind}")["budget"]
+            self.assertEqual(len(changes), len(r["changes"]))
+            for row, change in zip(changes, r["changes"]):
+                self.assertAlmostEqual(row["net"], change["net"], places=6)
+        self.fails(2, "compare", "a.xyz", "b.xyz", "--vectors", "gpkg", says=["--vectors", "--output"])
+        self.fails(2, "compare", "a.xyz", "b.xyz", "--vectors", "shp", says=["--vectors", "shp"])
+
     def test_the_same_for_any_threads(self):
         asked = ["--raster", "1", "--contours", "0.25", "--profile", "1,1;20,15", "--outlines", "--vtu"]
         contents = []

@@ -2,6 +2,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/io/crs.hpp"
 #include "isopach/io/gdal_raster.hpp"
+#include "isopach/io/gdal_vectors.hpp"
 #include "isopach/io/polygons.hpp"
 #include "isopach/io/raster_layers.hpp"
 
@@ -52,6 +53,12 @@ void gdal_write_raster(const std::string& path, const Cloud&, Array<double>, con
 
 void need_raster_writer(const std::string& path) { refuse(path + ": writing a raster", "leave it out"); }
 void write_raster_layers(const std::string& path, const RasterLayers&, const Context&) { need_raster_writer(path); }
+
+void gdal_need_vectors(const std::string& path) { refuse(path + ": writing this format", "write GeoJSON"); }
+std::string gdal_vectors(const std::string&, const std::string&, const std::string&, const std::string&,
+                         const std::string& path) {
+  refuse(path + ": writing this format", "write GeoJSON");
+}
 
 PolygonSet read_polygons(const std::string& path) { refuse(path + ": reading polygons"); }
 
