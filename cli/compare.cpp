@@ -48,7 +48,9 @@ struct Request {
   AreaPaths area;
   std::vector<std::string> fail_above;
   RegistrationError registration;
-  Option model;  // --uncertainty-model
+  Option model;                // --uncertainty-model
+  double min_change_area = 0;  // if has_min_change_area
+  Option has_min_change_area;
   bool no_layer_check = false, match = false, visible = false;
   MatchOptions matching;  ///< compare and start are those of the comparison
   Delivery delivery;
@@ -112,6 +114,27 @@ void add_uncertainty_options(Command& command, Request& request) {
   command.parsed("--registration-error", "REG|FILE", request.registration, parse_registration,
                  "For registration: standard deviation of a shift of B along the direction, in the unit of heights; or "
                  "result.json of isopach match, for the covariance of its pose (default with --match: that found)");
+}
+
+void add_change_options(Command& command, Request& request) {
+  ChangeOptions& options = request.options.changes;
+  command.heading("Changes");
+  command.flag("--changes", options.asked,
+               "Connected regions where |d| exceeds the level of detection as objects: volume, area, place, outline of "
+               "each (changes.csv, changes.geojson)");
+  command
+      .option("--change-height", "H", options.height,
+              "Objects are where |d| exceeds this height instead, in the unit of heights")
+      .check(positive());
+  command
+      .option("--min-change-volume", "V", options.min_volume,
+              "Objects below this volume are summed up, not listed (default: 0)")
+      .check(not_negative());
+  request.has_min_change_area =
+      command
+          .option("--min-change-area", "A", request.min_change_area,
+                  "Objects below this area likewise (default: what ten points of the sparser scan cover)")
+          .check(not_negative());
 }
 
 void add_currents_options(Command& command, CurrentsOptions& options) {
@@ -183,6 +206,8 @@ void add_measure_options(Command& command, Request& request) {
       .check(share())
       .show_default();
   add_uncertainty_options(command, request);
+  add_change_options(command, request);
+  command.heading("Uncertainty");
   command.flag("--noise-floor", options.noise_floor,
                "Estimate from the scans themselves what two scans of an unchanged surface would show, and the gross "
                "volume without it");
@@ -225,6 +250,7 @@ std::shared_ptr<const Matching> match_first(const CloudView& a, const CloudView&
   wanted.compare.check_layers = false;
   wanted.compare.uncertainty = {};
   wanted.compare.noise_floor = false;
+  wanted.compare.changes = {};
   if (wanted.objective != Objective::measure) wanted.compare.weight = {};  // it is of the comparison then
   if (wanted.objective == Objective::currents) {                           // one --sigma for both
     wanted.sigma = options.currents.sigma;
@@ -320,7 +346,9 @@ int run_compare(const Arguments& arguments) {
   request.options.uncertainty.registration_error = request.registration.shift;
   request.options.uncertainty.registration_covariance = request.registration.covariance;
   request.options.uncertainty.registration_source = request.registration.source;
+  if (request.has_min_change_area.is_given()) request.options.changes.min_area = request.min_change_area;
   check_before_work(request);
+  check_layers(request.delivery, request.options.project);
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 
   Run run(request.run);

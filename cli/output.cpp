@@ -3,16 +3,22 @@
 #include <fmt/core.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "cli/answer.hpp"
+#include "cli/parse.hpp"
 #include "cli/session.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/report/changes.hpp"
 #include "isopach/report/draw/map.hpp"
+#include "isopach/report/layers.hpp"
 #include "isopach/report/page/matched.hpp"
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/text.hpp"
+#include "isopach/report/profile.hpp"
+#include "isopach/report/vector_layers.hpp"
 
 namespace isopach::cli {
 
@@ -50,15 +56,58 @@ Option add_result_options(Command& command, Delivery& delivery, const std::strin
 
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
   delivery.output = default_folder;
-  const Option folder = add_result_options(
-      command, delivery,
-      "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
-      "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
+  const Option folder =
+      add_result_options(command, delivery,
+                         "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
+                         "points_a.ply, points_b.ply, with polygons budget.csv, of changes changes.csv and "
+                         "changes.geojson (LAS in: also points_a.las); made if it is not there");
   if (!default_folder.empty()) folder.show_default();
   add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
+  command.heading("Layers");
+  command
+      .option(
+          "--raster", "STEP", delivery.raster,
+          "Also difference.tif: a GeoTIFF of d, coverage, both heights, level of detection; each pixel is the exact "
+          "mean over what was measured of it. Side of the pixels, in the unit of x and y")
+      .check(positive());
+  command
+      .option("--contours", "STEP", delivery.contours,
+              "Also contours.geojson: the lines where d is a multiple of this, 0 included, exact on the cells")
+      .check(positive());
+  command
+      .option("--profile", "X,Y;X,Y...|FILE", delivery.profile,
+              "Also profile.csv and profile.svg: the section along a line, with a row at every cell it crosses; its "
+              "corners, or a file of them: GeoJSON, or two numbers a line")
+      .check(not_empty());
+  command.flag("--outlines", delivery.outlines,
+               "Also outlines.geojson: what was compared, and what each scan covers, as polygons");
+  command.choice<VectorFormat>(
+      "--vectors", delivery.vectors,
+      {{"geojson", VectorFormat::geojson}, {"gpkg", VectorFormat::gpkg}, {"fgb", VectorFormat::fgb}},
+      "Format of contours, outlines and changes: GeoJSON, GeoPackage, FlatGeobuf");
+  command.flag("--vtu", delivery.vtu, "Also cells.vtu: the cells with d and both heights, for ParaView");
+}
+
+void check_layers(Delivery& delivery, const ProjectOptions& project) {
+  const std::array<std::pair<const char*, bool>, 6> asked{{{"raster", delivery.raster > 0},
+                                                           {"contours", delivery.contours > 0},
+                                                           {"profile", !delivery.profile.empty()},
+                                                           {"outlines", delivery.outlines},
+                                                           {"vectors", delivery.vectors != VectorFormat::geojson},
+                                                           {"vtu", delivery.vtu}}};
+  for (const auto& [name, is_asked] : asked) {
+    if (!is_asked) continue;
+    if (session().shell && delivery.output.empty())
+      throw UsageError(fmt::format("--{}: acts with --output alone, which names the folder to write into", name));
+    const bool goes_with_any = std::string_view(name) == "vtu" || std::string_view(name) == "vectors";
+    if (!goes_with_any) require_map_direction(project, std::string("@") + name);
+  }
+  if (delivery.raster > 0) need_raster_writer("difference.tif");
+  need_vector_writer(delivery.vectors, std::string("vectors.") + ending_of(delivery.vectors));
+  if (!delivery.profile.empty() && delivery.line.empty()) delivery.line = read_line(delivery.profile, "--profile");
 }
 
 namespace {
@@ -69,6 +118,26 @@ void write_scan(const CloudView& cloud, const PointFields& fields, const std::st
   write_points(folder.path(name + ".ply"), cloud, fields, context);
   if (!is_las_file(cloud)) return;
   write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
+}
+
+const std::string& crs_of(const Comparison& c) { return c.a.crs.empty() ? c.b.crs : c.a.crs; }
+
+void write_layers(const Comparison& c, const Delivery& delivery, OutputFolder& folder, const Context& context) {
+  const auto vectors = [&](const std::string& name, const std::string& geojson) {
+    write_vectors(folder.path(name + "." + ending_of(delivery.vectors)), geojson, delivery.vectors, crs_of(c));
+  };
+  if (delivery.raster > 0) {
+    const RasterLayers layers = difference_layers(c, delivery.raster, context);
+    write_raster_layers(folder.path("difference.tif"), layers, context);
+    folder.write_text("difference.qml", raster_style(c, delivery.map));
+  }
+  if (delivery.contours > 0) vectors("contours", contours_geojson(c, delivery.contours, context));
+  if (!delivery.profile.empty()) {
+    folder.write_text("profile.csv", profile_csv(c, delivery.line, context));
+    folder.write_text("profile.svg", profile_svg(c, delivery.line, context));
+  }
+  if (delivery.outlines) vectors("outlines", outlines_geojson(c, context));
+  if (delivery.vtu) write_vtu(folder.path("cells.vtu"), c, context);
 }
 
 /// difference.ply shows the cells that were measured; with --surface both the overlay's stand beside those of T.
@@ -121,9 +190,21 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
   if (folder != nullptr && !comparison.budget.empty()) folder->write_text("budget.csv", budget_csv(comparison));
   std::string map;
   MapOptions look = delivery.map;
+  if (folder != nullptr && comparison.changes) {
+    folder->write_text("changes.csv", changes_csv(comparison));
+    write_vectors(folder->path(std::string("changes.") + ending_of(delivery.vectors)), changes_geojson(comparison),
+                  delivery.vectors, crs_of(comparison));
+  }
+  if (comparison.changes) look.lines = change_lines(comparison);
   if (matched != nullptr)
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
   if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
+
+  if (folder != nullptr) {
+    Delivery layers = delivery;
+    check_layers(layers, comparison.options.project);
+    write_layers(comparison, layers, *folder, context);
+  }
 
   set_write_time(comparison.timing, watch.lap());
 

@@ -11,6 +11,7 @@
 #include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/io/output_file.hpp"
+#include "isopach/io/vector_format.hpp"
 #include "isopach/match/matching.hpp"
 #include "isopach/report/report.hpp"
 
@@ -74,6 +75,13 @@ struct Delivery {
   std::string pose_out;        ///< of match: a file for the pose alone
   std::string format = "ply";  ///< of points of distance and roughness
   MapOptions map;
+  double raster = 0;                             ///< > 0: side of the pixels of difference.tif
+  double contours = 0;                           ///< > 0: from one contour of d to the next
+  std::string profile;                           ///< a line: x,y;x,y… or a file
+  std::vector<Point2> line;                      ///< what it says, once it is read
+  VectorFormat vectors = VectorFormat::geojson;  ///< of contours, outlines, changes
+  bool outlines = false;                         ///< of the domain and of both scans
+  bool vtu = false;                              ///< the cells for ParaView
 };
 
 /// --palette, --flip-palette, --title and --map-width. `title`: help of --title.
@@ -82,6 +90,10 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
 /// --output and --json, under the heading of the output. `files`: what the help says of the folder.
 Option add_result_options(Command& command, Delivery& delivery, const std::string& files);
 void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder);
+
+/// What can be known to fail before any work is done: layers without a folder, in another direction than z, or of a
+/// kind that this build does not write. Reads the line of a profile.
+void check_layers(Delivery& delivery, const ProjectOptions& project);
 
 /// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here. `matched`:
 /// how B was moved, which is then said; null: it was not.

@@ -9,12 +9,14 @@
 #include <filesystem>
 #include <fstream>
 #include <iomanip>
+#include <nlohmann/json.hpp>
 #include <sstream>
 
 #include "cli/command.hpp"
 #include "cli/session.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/io/expression.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/report/page/words.hpp"
 
 namespace isopach::cli {
@@ -213,6 +215,84 @@ Pose read_pose(const std::string& path, const std::string& option) {
     throw InputError(fmt::format("{}: holds {} numbers; a pose is four lines of four numbers", path, count));
   check_pose(pose, path);
   return pose;
+}
+
+namespace {
+
+/// The first list of places of a GeoJSON: coordinates of a LineString, wherever it stands.
+const nlohmann::json* first_line(const nlohmann::json& json) {
+  if (json.is_object()) {
+    const auto type = json.find("type");
+    if (type != json.end() && *type == "LineString" && json.contains("coordinates")) return &json["coordinates"];
+  }
+  if (!json.is_structured()) return nullptr;
+  for (const nlohmann::json& part : json)
+    if (part.is_structured())
+      if (const nlohmann::json* found = first_line(part)) return found;
+  return nullptr;
+}
+
+std::vector<Point2> line_of_json(const std::string& path, std::span<const char> bytes) {
+  const nlohmann::json json = nlohmann::json::parse(bytes.begin(), bytes.end(), nullptr, false);
+  const nlohmann::json* places = json.is_discarded() ? nullptr : first_line(json);
+  std::vector<Point2> line;
+  if (places != nullptr && places->is_array())
+    for (const nlohmann::json& p : *places)
+      if (p.is_array() && p.size() >= 2 && p[0].is_number() && p[1].is_number())
+        line.push_back({p[0].get<double>(), p[1].get<double>()});
+  if (line.size() < 2) throw InputError(path + ": holds no line: give a GeoJSON with a LineString, or x and y a line");
+  return line;
+}
+
+std::vector<Point2> line_of_text(const std::string& path, std::span<const char> bytes) {
+  std::string text(bytes.begin(), bytes.end());
+  std::replace_if(
+      text.begin(), text.end(), [](char l) { return l == ',' || l == ';' || l == '\t' || l == '\r'; }, ' ');
+  std::vector<Point2> line;
+  for (const std::string& row : split(text, '\n')) {
+    std::vector<double> values;
+    for (const std::string& word : split(row, ' ')) {
+      if (word.empty()) continue;
+      const std::optional<double> value = number(word);
+      if (!value)
+        throw InputError(
+            fmt::format("{}: '{}' is not a finite number; a line is x and y, a place a row", path, word.substr(0, 40)));
+      values.push_back(*value);
+    }
+    if (values.size() == 1) throw InputError(path + ": a row with one number; a line is x and y, a place a row");
+    if (values.size() >= 2) line.push_back({values[0], values[1]});
+  }
+  if (line.size() < 2) throw InputError(path + ": holds no line: give two places or more, x and y a row");
+  return line;
+}
+
+std::vector<Point2> line_of_words(const std::string& text, const std::string& option) {
+  std::vector<Point2> line;
+  for (const std::string& place : split(text, ';')) {
+    if (place.empty()) continue;
+    const std::vector<double> xy = numbers(place, option);
+    if (xy.size() != 2) throw UsageError(fmt::format("{}: '{}' is no place x,y", option, place));
+    line.push_back({xy[0], xy[1]});
+  }
+  if (line.size() < 2)
+    throw UsageError(fmt::format("{}: '{}' is no line: give two places or more, x,y;x,y, or a file", option, text));
+  return line;
+}
+
+}  // namespace
+
+std::vector<Point2> read_line(const std::string& text, const std::string& option) {
+  const bool is_file = text.find(';') == std::string::npos;
+  if (!is_file) return line_of_words(text, option);
+  const Context nobody_stops;
+  InputFile file(text, nobody_stops);
+  const std::span<const char> bytes = file.bytes();
+  const auto first = std::find_if(bytes.begin(), bytes.end(), [](char l) { return l != ' ' && l != '\n'; });
+  const std::vector<Point2> line =
+      first != bytes.end() && *first == '{' ? line_of_json(text, bytes) : line_of_text(text, bytes);
+  for (const Point2& p : line)
+    if (!std::isfinite(p.x) || !std::isfinite(p.y)) throw InputError(text + ": a coordinate that is no finite number");
+  return line;
 }
 
 std::vector<Tolerance> parse_tolerances(const std::string& text) {

@@ -12,6 +12,9 @@ namespace isopach::cli {
 [[nodiscard]] std::optional<double> as_number(const std::string& text);
 /// One finite number; `what` names it in the error.
 [[nodiscard]] double parse_number(const std::string& text, const std::string& what);
+/// A line of two places or more: "x,y;x,y…", or a file of GeoJSON (its first line) or of two numbers a line. UsageError
+/// naming `option` for words, InputError naming the file.
+[[nodiscard]] std::vector<Point2> read_line(const std::string& text, const std::string& option);
 /// x | y | z | fit | X,Y,Z
 [[nodiscard]] Direction parse_direction(const std::string& text);
 /// 2 or 2,8

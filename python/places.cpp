@@ -5,7 +5,7 @@
 #include "arrays.hpp"
 #include "beside.hpp"
 #include "bindings.hpp"
-#include "cells.hpp"
+#include "isopach/compare/measured_cells.hpp"
 
 namespace isopach::python {
 namespace {

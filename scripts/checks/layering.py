@@ -17,7 +17,7 @@ LIBRARIES = {"gdal": "io", "ogr": "io", "cpl_": "io", "proj": "io", "laszip": "i
              "cairo": "report", "png": "report"}
 
 # Rooms of a folder include rooms before them alone. What lies in the folder itself is common to them, or the page above.
-ROOMS = {"measure": ["volume", "uncertainty", "currents", "texture"],
+ROOMS = {"measure": ["volume", "uncertainty", "changes", "currents", "texture"],
          "match": ["verdict", "surface", "pairs", "currents", "coarse"],
          "report": ["page", "draw"]}
 

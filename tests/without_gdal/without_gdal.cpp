@@ -9,7 +9,9 @@
 #include "isopach/io/crs.hpp"
 #include "isopach/io/polygons.hpp"
 #include "isopach/io/raster.hpp"
+#include "isopach/io/raster_layers.hpp"
 #include "isopach/io/read.hpp"
+#include "isopach/io/vector_format.hpp"
 #include "isopach/io/write.hpp"
 
 namespace {
@@ -57,6 +59,10 @@ int main() {
   write_cloud((folder / "b.las").string(), cloud, {});
   expect(read_cloud((folder / "b.las").string(), {}, {}).points.size() == 3, "LAS is written and read");
   expect_refused(tiff, [&] { (void)read_cloud(tiff, {}, {}); });
+  expect_refused("c.tif", [&] { need_raster_writer("c.tif"); });
+  expect_refused("c.tif", [&] { write_raster_layers("c.tif", {}, {}); });
+  expect_refused("c.gpkg", [&] { need_vector_writer(VectorFormat::gpkg, "c.gpkg"); });
+  need_vector_writer(VectorFormat::geojson, "c.geojson");
   expect_refused(polygons, [&] { (void)read_polygons(polygons); });
   cloud.crs = "EPSG:25832";
   const std::string las = (folder / "c.las").string();

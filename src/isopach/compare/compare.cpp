@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/compare/changes.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/currents.hpp"
 #include "isopach/compare/domain.hpp"
@@ -70,6 +71,7 @@ Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const Compare
   clock.start("project");
   Pair pair = project_pair(cloud_a, cloud_b, options.pose, options.project, context);
   c.frame = pair.frame;
+  stages::check_changes(options, pair.frame);
   stages::describe_inputs(cloud_a, cloud_b, pair, c, context);
   const stages::AreaOfInterest area(c, context);
   const stages::MergedSpreads spreads = stages::merged_spreads(cloud_a, cloud_b, pair, options);
@@ -90,6 +92,7 @@ Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const Compare
   const stages::Weighting weighting(std::move(weight), pair, options, context);
   stages::describe_points(cloud_a, cloud_b, pair, borders, c);
   noise.level_points(pair, c.fields_a, c.fields_b);
+  const stages::PointCounts points = stages::points_of_nodes(pair, options);
 
   clock.start("detail");  // ρ_dV: T1, T2 and their locations are enough
   stages::measure_detail(pair, area.domain(), c, context);
@@ -113,12 +116,13 @@ Comparison run(const CloudView& cloud_a, const CloudView& cloud_b, const Compare
   const Array<double> weight_at_nodes = weighting.at(common.nodes);
   const NullDifference unchanged_at_nodes = stages::unite_unchanged(std::move(unchanged), common.nodes, c);
   c.cells = stages::make_cells(common, pair, borders, area.domain(), c, context);
-  if (!noise.asked()) common.nodes = {};
+  if (!noise.asked() && !options.changes.asked) common.nodes = {};
 
   clock.start("measure");  // 6. equation (7), cell by cell
   measure_common(area, borders, smooth, common.bounds, c, context);
   noise.describe(common.nodes, over_overlay.noise, c);
   weighting.describe(weight_at_nodes, over_overlay.weighted, c);
+  stages::describe_changes(common.nodes, points, noise, c, context);
   if (options.noise_floor) c.noise_floor = noise_floor(c.cells.view(), unchanged_at_nodes, c.measures.volume, context);
   clock.stop();
   return c;
@@ -150,6 +154,7 @@ void check(const CompareOptions& options) {
   stages::check_uncertainty(options.uncertainty);
   stages::check_weight(options);
   stages::check_currents(options);
+  stages::check_changes(options);
 }
 
 Comparison compare(const CloudView& a, const CloudView& b, const CompareOptions& options, const Context& context) {

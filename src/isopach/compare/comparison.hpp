@@ -10,6 +10,7 @@
 #include "isopach/compare/options.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/field/height_field.hpp"
+#include "isopach/measure/changes/changes.hpp"
 #include "isopach/measure/currents/currents.hpp"
 #include "isopach/measure/measures.hpp"
 #include "isopach/measure/uncertainty/noise_floor.hpp"
@@ -99,6 +100,7 @@ struct Comparison {
   std::optional<Measures> overlay;  ///< `both` alone: the sums over the exact overlay (see sum_up)
   Uncertainty uncertainty;
   std::optional<NoiseFloor> noise_floor;            ///< if options.noise_floor: of the common triangulation
+  std::optional<Changes> changes;                   ///< if options.changes: over T
   std::vector<BudgetRow> budget;                    ///< options.area: over the surface of `measures`
   std::optional<WeightedMeasures> weighted;         ///< if options.weight; over the surface of `measures`
   std::optional<DetailMeasure> detail;              ///< ρ_dV; nothing where no triangle of the coarser scan counts

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "isopach/compare/comparison.hpp"
+#include "isopach/measure/changes/change_nodes.hpp"
 #include "isopach/measure/uncertainty/registration.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/pair.hpp"
@@ -59,6 +60,11 @@ class Noise {
   /// Everything into c.uncertainty and c.cells.lod. `nodes`: the ids of the nodes of T.
   void describe(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
 
+  /// Standard deviations of the volumes of the objects of the list, where there is a model. Errors of the scans are
+  /// taken to first order, the outline as it is.
+  void describe_changes(const UnitedNodes& nodes, const CellView& cells, const ChangeLevel& level,
+                        FoundChanges& found) const;
+
  private:
   [[nodiscard]] bool has_sigmas() const;
   [[nodiscard]] bool has_model() const;
@@ -72,6 +78,8 @@ class Noise {
   [[nodiscard]] std::optional<Detected> level_overlay(const OverlayCells& cells, const Pair& pair, Comparison& c) const;
   [[nodiscard]] VolumeTriple deviation_by_motion(const VolumeTriple& area, const OverlayNoise& over,
                                                  const Comparison& c) const;
+  void add_variances(std::size_t scan, const UnitedNodes& nodes, const std::vector<ChangeWeight>& of_t,
+                     std::vector<double>& variance) const;
   void describe_levels(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
   void describe_volumes(const UnitedNodes& nodes, const OverlayNoise& over, Comparison& c) const;
 

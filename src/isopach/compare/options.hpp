@@ -7,6 +7,7 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/polygons.hpp"
 #include "isopach/geom/rigid.hpp"
+#include "isopach/measure/changes/changes.hpp"
 #include "isopach/measure/currents/currents.hpp"
 #include "isopach/measure/uncertainty/uncertainty.hpp"
 #include "isopach/measure/volume/weight.hpp"
@@ -54,6 +55,7 @@ struct CompareOptions {
   LocateMethod locate = LocateMethod::order;  ///< the fastest; tree is the algorithm as published
   WeightSource weight;                        ///< weighted measures beside the plain ones; default: none
   UncertaintyOptions uncertainty;             ///< default: nothing is said of it
+  ChangeOptions changes;                      ///< connected regions of change as objects; default: none
   std::vector<double> percentiles;            ///< of |d|, beside percentile_levels: each between 0 and 100, by area
   bool noise_floor = false;  ///< estimate what an unchanged surface would show; takes longer than all the rest
   double min_coverage = 0;   ///< share; below it the run ends with exit 4. Default: any overlap will do

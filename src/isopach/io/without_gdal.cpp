@@ -2,7 +2,9 @@
 #include "isopach/base/error.hpp"
 #include "isopach/io/crs.hpp"
 #include "isopach/io/gdal_raster.hpp"
+#include "isopach/io/gdal_vectors.hpp"
 #include "isopach/io/polygons.hpp"
+#include "isopach/io/raster_layers.hpp"
 
 namespace isopach {
 namespace {
@@ -47,6 +49,15 @@ Cloud gdal_read_raster(std::span<const char>, const std::string& path, const cha
 }
 void gdal_write_raster(const std::string& path, const Cloud&, Array<double>, const Context&) {
   refuse(path + ": writing a raster", "write another format");
+}
+
+void need_raster_writer(const std::string& path) { refuse(path + ": writing a raster", "leave it out"); }
+void write_raster_layers(const std::string& path, const RasterLayers&, const Context&) { need_raster_writer(path); }
+
+void gdal_need_vectors(const std::string& path) { refuse(path + ": writing this format", "write GeoJSON"); }
+std::string gdal_vectors(const std::string&, const std::string&, const std::string&, const std::string&,
+                         const std::string& path) {
+  refuse(path + ": writing this format", "write GeoJSON");
 }
 
 PolygonSet read_polygons(const std::string& path) { refuse(path + ": reading polygons"); }

@@ -8,6 +8,7 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/io/output_file.hpp"
+#include "isopach/report/changes.hpp"
 #include "isopach/report/draw/map.hpp"
 #include "isopach/report/draw/palette.hpp"
 #include "isopach/report/page/detail_told.hpp"
@@ -42,6 +43,7 @@ class Page : public HtmlPage {
     numbers();
     uncertainty();
     budget();
+    changes();
     histogram();
     inputs();
     parameters();
@@ -265,6 +267,53 @@ class Page : public HtmlPage {
     out_ +=
         "<p class=\"soft\">Each polygon on its own, over its part of the area compared; “measured” is that part as "
         "a share of the polygon. Polygons that overlap count the overlap each.</p>\n";
+  }
+
+  void changes() {
+    if (!c_.changes) return;
+    constexpr std::size_t most_rows = 100;
+    const std::size_t rows = at("changes").size();
+    const bool has_sigma = rows > 0 && !at("changes.0.sigma_net").is_null();
+    const std::string sentence = "<p>" + escaped(as_sentence(change_sentence(c_))) + "</p>\n";
+    if (rows == 0) {
+      out_ += "<h2>Changes as objects</h2>\n" + sentence;
+      return;
+    }
+    const auto column = [&](const std::string& name, int power) {
+      return "<th class=\"n\">" + name + (power > 0 ? ", " + unit(power) : "") + "</th>";
+    };
+    open_table("Changes as objects", "<th>object</th>" + column("net", 3) +
+                                         (has_sigma ? column("σ", 3) + column("net ÷ σ", 0) : "") + column("area", 2) +
+                                         column("mean d", 1) + column("largest d", 1) + column("x of it", 0) +
+                                         column("y of it", 0) + column("points of A", 0) + column("of B", 0));
+    for (std::size_t i = 0; i < std::min(rows, most_rows); ++i)
+      change_row("changes." + std::to_string(i) + ".", has_sigma);
+    close_table();
+    if (rows > most_rows)
+      out_ += "<p class=\"soft\">And " + count(rows - most_rows, fine) + " more in changes.csv.</p>\n";
+    out_ += sentence + "<p class=\"soft\">Connected regions where |d| exceeds " +
+            (c_.changes->level > 0 ? "the height of " + quantity("change_summary.height", c_.changes->level, 1)
+                                   : std::string("the level of detection")) +
+            ", of at least " + quantity("change_summary.min_area", c_.changes->min_area, 2) +
+            ", cut exactly; the largest are numbered on the map. Outlines: changes.geojson.</p>\n" + change_chart(c_);
+  }
+
+  void change_row(const std::string& row, bool has_sigma) {
+    const auto place = [&](const std::string& key) {
+      return datum(row + key, fixed_number(value(row + key), 1, fine));
+    };
+    std::vector<std::string> cells{with_sign(row + "net")};
+    if (has_sigma) {
+      cells.push_back(datum(row + "sigma_net", number(value(row + "sigma_net"), fine, 2)));
+      cells.push_back(datum(row + "significance", number(value(row + "significance"), fine, 2)));
+    }
+    for (const std::string& cell :
+         {plain(row + "area"), with_sign(row + "mean"), with_sign(row + "max"), place("max_at.0"), place("max_at.1"),
+          whole(row + "points_a"), whole(row + "points_b")})
+      cells.push_back(cell);
+    out_ += "<tr><th scope=\"row\">" + whole(row + "id") + "</th>";
+    for (const std::string& cell : cells) out_ += "<td class=\"n\">" + cell + "</td>";
+    out_ += "</tr>\n";
   }
 
   void histogram() {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/report/page/alignment_values.hpp"
+#include "isopach/report/page/change_values.hpp"
 #include "isopach/report/page/matched.hpp"
 #include "isopach/report/page/uncertainty.hpp"
 #include "isopach/report/page/values.hpp"
@@ -235,6 +236,24 @@ Json uncertainty_json(const Comparison& c) {
                              : none}};
 }
 
+/// Keys that are there where changes were asked for alone: those of options behind the other options, the objects in
+/// front of the list of files.
+void add_changes(Json& report, const Comparison& c) {
+  if (!c.changes) return;
+  const ChangeOptions& o = c.options.changes;
+  Json& parameters = report["parameters"];
+  parameters["changes"] = true;
+  parameters["change_height"] = o.height > 0 ? real(o.height) : Json(nullptr);
+  parameters["min_change_volume"] = real(o.min_volume);
+  parameters["min_change_area"] = o.min_area ? real(*o.min_area) : Json(nullptr);
+  Json with;
+  for (auto& [key, value] : report.items()) {
+    if (key == "outputs") with["change_summary"] = change_summary_json(c), with["changes"] = changes_json(c);
+    with[key] = std::move(value);
+  }
+  report = std::move(with);
+}
+
 /// The stages every comparison has come first, each the sum of the stages of that name; others follow by their own
 /// names.
 Json timing_json(const Timing& timing) {
@@ -287,7 +306,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
 std::string comparison_json(const Comparison& c, const std::vector<std::string>& outputs, const Matching* matched) {
   const Measures& m = c.measures;
   const Json none = nullptr;
-  const Json report = {
+  Json report = {
       {"schema", "isopach.compare/1"},
       {"tool", {{"name", tool_name}, {"version", version}}},
       {"inputs", Json::array({input_json(c.a), input_json(c.b)})},
@@ -327,6 +346,7 @@ std::string comparison_json(const Comparison& c, const std::vector<std::string>&
       {"outputs", outputs},
       {"warnings", messages(c.warnings)},
       {"timing_s", timing_json(c.timing)}};
+  add_changes(report, c);
   // File names may hold any bytes; JSON is UTF-8.
   return report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
 }

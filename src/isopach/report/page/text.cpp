@@ -5,6 +5,7 @@
 
 #include <fmt/format.h>
 
+#include "isopach/report/changes.hpp"
 #include "isopach/report/page/detail_told.hpp"
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/uncertainty.hpp"
@@ -160,6 +161,7 @@ std::string comparison_text(const Comparison& c, const std::optional<Truth>& tru
   s.line("border", border_sentence(c));
   if (c.folds.area > 0) s.line("folds", fold_sentence(c));
   add_budget(s, c);
+  if (c.changes) s.line("changes", change_sentence(c));
   const auto sentences = uncertainty_sentences(c, quantity);
   for (std::size_t i = 0; i < sentences.size(); ++i) s.line(i == 0 ? "uncertainty" : "", sentences[i]);
   if (truth) add_truth(s, *truth, c);

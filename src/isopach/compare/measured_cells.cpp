@@ -1,4 +1,4 @@
-#include "cells.hpp"
+#include "isopach/compare/measured_cells.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,9 @@
 #include <utility>
 
 #include "isopach/geom/predicates.hpp"
+#include "isopach/measure/source.hpp"
 
-namespace isopach::python {
+namespace isopach {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
@@ -21,10 +22,20 @@ void set_frame(MeasuredCells& m, const Frame& frame) {
   for (std::size_t k = 0; k < 3; ++k) m.offset[k] = r[3 * k] * o.x + r[3 * k + 1] * o.y + r[3 * k + 2] * o.z;
 }
 
+/// At the nodes of T, then at the corners of the pieces.
+Array<double> level_of(const Cells& cells) {
+  Array<double> lod = cells.lod;
+  if (lod.empty()) return lod;
+  const CellView view = cells.view();
+  for (const CellPiece& piece : cells.pieces)
+    for (const double level : of_piece(view, piece).at_corners(cells.lod)) lod.push_back(level);
+  return lod;
+}
+
 struct Vertex {
   double x, y, z1, z2;
 };
-using Polygon = std::vector<Vertex>;
+using Part = std::vector<Vertex>;
 
 Vertex between(const Vertex& a, const Vertex& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z1 + share * (b.z1 - a.z1),
@@ -33,7 +44,7 @@ Vertex between(const Vertex& a, const Vertex& b, double share) {
 
 /// Cuts a convex polygon at coordinate = at: `low` gets what lies below, `high` what lies above. The corner of a cut is
 /// one and the same for both, and lies on the line.
-void cut(const Polygon& polygon, double Vertex::*coordinate, double at, Polygon& low, Polygon& high) {
+void cut(const Part& polygon, double Vertex::*coordinate, double at, Part& low, Part& high) {
   low.clear(), high.clear();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
     const Vertex &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
@@ -48,7 +59,7 @@ void cut(const Polygon& polygon, double Vertex::*coordinate, double at, Polygon&
   }
 }
 
-std::pair<double, double> range_of(const Polygon& polygon, double Vertex::*coordinate) {
+std::pair<double, double> range_of(const Part& polygon, double Vertex::*coordinate) {
   double least = polygon[0].*coordinate, most = least;
   for (const Vertex& v : polygon) least = std::min(least, v.*coordinate), most = std::max(most, v.*coordinate);
   return {least, most};
@@ -56,8 +67,8 @@ std::pair<double, double> range_of(const Polygon& polygon, double Vertex::*coord
 
 /// f(strip, part) for the parts of a polygon in strips [first + k · step, first + (k + 1) · step], k below `count`.
 template <class F>
-void for_strips(Polygon rest, double Vertex::*coordinate, double first, double step, std::size_t count, Polygon& low,
-                Polygon& high, F&& f) {
+void for_strips(Part rest, double Vertex::*coordinate, double first, double step, std::size_t count, Part& low,
+                Part& high, F&& f) {
   const auto [least, most] = range_of(rest, coordinate);
   const auto strip = [&](double value) { return std::floor((value - first) / step); };
   const double last = static_cast<double>(count) - 1;
@@ -71,7 +82,7 @@ void for_strips(Polygon rest, double Vertex::*coordinate, double first, double s
   }
 }
 
-void add(const Polygon& p, std::size_t pixel, PixelSums& sums) {
+void add(const Part& p, std::size_t pixel, PixelSums& sums) {
   for (std::size_t k = 2; k < p.size(); ++k) {
     const Vertex &a = p[0], &b = p[k - 1], &c = p[k];
     const double area = 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
@@ -82,8 +93,8 @@ void add(const Polygon& p, std::size_t pixel, PixelSums& sums) {
   }
 }
 
-Polygon triangle_of(const MeshView& mesh, std::size_t t) {
-  Polygon p(3);
+Part triangle_of(const MeshView& mesh, std::size_t t) {
+  Part p(3);
   for (std::size_t k = 0; k < 3; ++k) {
     const auto v = static_cast<std::size_t>(mesh.triangles[t][k]);
     p[k] = {mesh.xy[v].x, mesh.xy[v].y, mesh.z1[v], mesh.z2[v]};
@@ -156,7 +167,7 @@ struct Stretch {
   std::size_t triangle;
 };
 
-bool clip(const Polygon& t, const Point2& p, const Point2& q, double& from, double& to) {
+bool clip(const Part& t, const Point2& p, const Point2& q, double& from, double& to) {
   from = 0, to = 1;
   for (std::size_t k = 0; k < 3; ++k) {
     const Vertex &a = t[k], &b = t[(k + 1) % 3];
@@ -170,7 +181,7 @@ bool clip(const Polygon& t, const Point2& p, const Point2& q, double& from, doub
 }
 
 /// Heights of a triangle's planes at a place.
-std::pair<double, double> heights(const Polygon& t, double x, double y) {
+std::pair<double, double> heights(const Part& t, double x, double y) {
   const Vertex &a = t[0], &b = t[1], &c = t[2];
   const double whole = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
   const double of_b = ((x - a.x) * (c.y - a.y) - (y - a.y) * (c.x - a.x)) / whole;
@@ -213,7 +224,7 @@ MeasuredCells measured_cells(const Cells& cells, const Frame& frame) {
   for (const CellPiece& piece : cells.pieces)
     for (const Corner& corner : piece.at) m.xy.push_back({corner.x, corner.y});
   m.z1 = extended(cells.z1, &Corner::z1), m.z2 = extended(cells.z2, &Corner::z2);
-  if (cells.pieces.empty()) m.lod = cells.lod;
+  m.lod = level_of(cells);
   const auto& all = cells.triangulation.triangles;
   for (std::size_t t = 0; t < cells.triangulation.real; ++t) {
     if (cells.in_domain[t] == 0) continue;
@@ -241,18 +252,24 @@ MeasuredCells measured_cells(const Comparison& c) {
   return m;
 }
 
+MeasuredCells in_order(MeasuredCells cells) {
+  for (auto& t : cells.triangles) std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  std::sort(cells.triangles.begin(), cells.triangles.end());
+  return cells;
+}
+
 PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context) {
   PixelSums sums;
   const std::size_t pixels = grid.columns * grid.rows;
   for (Array<double>* values : {&sums.area, &sums.z1, &sums.z2, &sums.d}) values->assign(pixels, 0.0);
-  Polygon low, high, left, right;
+  Part low, high, left, right;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % check_every == 0) context.check();
     for_strips(triangle_of(mesh, t), &Vertex::y, grid.y, grid.step, grid.rows, low, high,
-               [&](std::size_t row, const Polygon& part) {
+               [&](std::size_t row, const Part& part) {
                  for_strips(
                      part, &Vertex::x, grid.x, grid.step, grid.columns, left, right,
-                     [&](std::size_t column, const Polygon& piece) { add(piece, column + grid.columns * row, sums); });
+                     [&](std::size_t column, const Part& piece) { add(piece, column + grid.columns * row, sums); });
                });
   }
   return sums;
@@ -287,7 +304,7 @@ Section section_along(const MeshView& mesh, std::span<const Point2> chain, const
     for (const Stretch& found : stretches(mesh, p, q, context)) {
       if (found.to <= reached) continue;  // along a side that two cells share
       const double from = std::max(found.from, reached);
-      const Polygon t = triangle_of(mesh, found.triangle);
+      const Part t = triangle_of(mesh, found.triangle);
       const auto corner = [&](double share) {
         const double x = p.x + share * (q.x - p.x), y = p.y + share * (q.y - p.y);
         const auto [z1, z2] = heights(t, x, y);
@@ -305,4 +322,4 @@ Section section_along(const MeshView& mesh, std::span<const Point2> chain, const
   return out;
 }
 
-}  // namespace isopach::python
+}  // namespace isopach

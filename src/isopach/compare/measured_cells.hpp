@@ -10,14 +10,14 @@
 #include "isopach/base/context.hpp"
 #include "isopach/compare/comparison.hpp"
 
-namespace isopach::python {
+namespace isopach {
 
 /// The measured cells: whole triangles of T and the pieces that the domain cuts; of --surface overlay the cells of the
 /// overlay. Frame coordinates: u = axes · input = field + offset, with u, v, w along the rows of `axes`.
 struct MeasuredCells {
   Array<Point2> xy;
   Array<double> z1, z2;
-  Array<double> lod;  ///< at the corners of cells; empty if there is none, or where pieces have none
+  Array<double> lod;  ///< level of detection at the corners of cells; empty if there is none
   Array<std::array<std::int32_t, 3>> triangles;
   std::array<double, 3> offset{};
   std::array<double, 9> axes{};
@@ -25,11 +25,16 @@ struct MeasuredCells {
 [[nodiscard]] MeasuredCells measured_cells(const Comparison& c);
 [[nodiscard]] MeasuredCells measured_cells(const Cells& cells, const Frame& frame);
 
+/// The same with triangles in the order of their corners, each from its first: what is added up over them then does not
+/// depend on how T was made.
+[[nodiscard]] MeasuredCells in_order(MeasuredCells cells);
+
 struct MeshView {
   std::span<const Point2> xy;
   std::span<const double> z1, z2;
   std::span<const std::array<std::int32_t, 3>> triangles;
 };
+[[nodiscard]] inline MeshView view_of(const MeasuredCells& m) { return {m.xy, m.z1, m.z2, m.triangles}; }
 
 /// Pixel (column, row) is [x + column · step, x + (column + 1) · step] × [y + row · step, …]: rows go up.
 struct PixelGrid {
@@ -42,7 +47,7 @@ struct PixelSums {
 };
 /// Cells are cut at the sides of pixels and integrated in closed form, so that the sum of `d` over all pixels is the
 /// net volume, and that of `area` the area, up to rounding, whatever the grid. Cells beyond the grid are left out.
-/// Cost: O(cells + pixels they touch). Oracle: tests/python/results_test.py.
+/// Cost: O(cells + pixels they touch). Oracle: tests/compare/measured_cells_test.cpp, tests/python/results_test.py.
 [[nodiscard]] PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context);
 
 /// Both heights at places; NaN where no cell is. On a side that cells share, those of the first one. Exact in which
@@ -59,4 +64,4 @@ struct Section {
 };
 [[nodiscard]] Section section_along(const MeshView& mesh, std::span<const Point2> chain, const Context& context);
 
-}  // namespace isopach::python
+}  // namespace isopach

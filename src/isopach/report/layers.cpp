@@ -1,0 +1,133 @@
+#include "isopach/report/layers.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "isopach/base/error.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/compare/measured_cells.hpp"
+#include "isopach/report/draw/map.hpp"
+#include "isopach/report/page/words.hpp"
+
+namespace isopach {
+namespace {
+
+constexpr double nan = std::numeric_limits<double>::quiet_NaN();
+constexpr double most_pixels = 0x1p30;  // of all bands together some 50 GB: none of today's rasters is larger
+
+/// Along one axis: the multiples of the step that hold all from `low` to `high`, which are local coordinates.
+struct Span {
+  double first = 0, count = 1;  // in steps
+  Span(double low, double high, double offset, double step) {
+    first = std::floor((low + offset) / step);
+    double last = std::ceil((high + offset) / step);
+    if (first * step - offset > low) first -= 1;  // by rounding
+    if (last * step - offset < high) last += 1;
+    count = std::max(1.0, last - first);
+  }
+};
+
+Box2 box_of(const MeasuredCells& cells) {
+  Box2 box;
+  for (const auto& t : cells.triangles)
+    for (const std::int32_t v : t) box.add(cells.xy[static_cast<std::size_t>(v)]);
+  if (box.empty()) box.add(Point2{0, 0});
+  return box;
+}
+
+/// Row by row from the top, `value(i)` of the sums, whose rows go up.
+template <class F>
+Array<double> from_top(const PixelGrid& grid, F&& value) {
+  Array<double> out(grid.columns * grid.rows);
+  for_each_index(out.size(), [&](std::size_t i) {
+    out[i] = value(i % grid.columns + grid.columns * (grid.rows - 1 - i / grid.columns));
+  });
+  return out;
+}
+
+/// ∫ of the level over each pixel.
+Array<double> level_over(const MeasuredCells& cells, const PixelGrid& grid, const Context& context) {
+  Array<double> known(cells.lod.size());
+  for_each_index(known.size(), [&](std::size_t i) { known[i] = std::isfinite(cells.lod[i]) ? cells.lod[i] : 0; });
+  return sum_over_pixels({cells.xy, known, known, cells.triangles}, grid, context).z1;
+}
+
+std::string hex(const Rgb& colour) {
+  const auto byte = [](double v) { return static_cast<int>(std::lround(255 * std::clamp(v, 0.0, 1.0))); };
+  return fmt::format("#{:02x}{:02x}{:02x}", byte(colour.r), byte(colour.g), byte(colour.b));
+}
+
+}  // namespace
+
+void require_map_direction(const ProjectOptions& options, const std::string& option) {
+  const Direction& d = options.direction;
+  const bool up = d.kind == Direction::Kind::vector && d.vector.x == 0 && d.vector.y == 0 && d.vector.z > 0;
+  if (d.kind == Direction::Kind::axis_z || up) return;
+  throw UsageError(option +
+                   ": it is in x and y, so it goes with @direction z alone; leave the direction, or turn the scans by "
+                   "@pose");
+}
+
+RasterLayers difference_layers(const Comparison& c, double step, const Context& context) {
+  const MeasuredCells cells = in_order(measured_cells(c));
+  const Box2 box = box_of(cells);
+  const Span across(box.min.x, box.max.x, cells.offset[0], step), up(box.min.y, box.max.y, cells.offset[1], step);
+  if (!(across.count * up.count <= most_pixels))
+    throw UsageError(fmt::format("@raster: {:.4g} by {:.4g} pixels are too many: choose a larger step than {}",
+                                 across.count, up.count, step));
+  const PixelGrid grid{across.first * step - cells.offset[0], up.first * step - cells.offset[1], step,
+                       static_cast<std::size_t>(across.count), static_cast<std::size_t>(up.count)};
+  const PixelSums sums = sum_over_pixels(view_of(cells), grid, context);
+  RasterLayers layers;
+  layers.columns = grid.columns, layers.rows = grid.rows;
+  layers.geotransform = {across.first * step, step, 0, (up.first + up.count) * step, 0, -step};
+  layers.crs = c.a.crs.empty() ? c.b.crs : c.a.crs;
+  const std::string unit = height_unit(c) == "unknown" ? "" : height_unit(c);
+  const auto mean = [&](const Array<double>& of, double offset) {
+    return from_top(grid, [&](std::size_t i) { return sums.area[i] > 0 ? of[i] / sums.area[i] + offset : nan; });
+  };
+  const auto add = [&](const char* name, const std::string& of, Array<double> values) {
+    layers.bands.push_back({name, of, std::move(values)});
+  };
+  add("d", unit, mean(sums.d, 0));
+  add("coverage", "", from_top(grid, [&](std::size_t i) { return sums.area[i] / (step * step); }));
+  add("z_a", unit, mean(sums.z1, cells.offset[2]));
+  add("z_b", unit, mean(sums.z2, cells.offset[2]));
+  if (cells.lod.empty()) return layers;
+  const Array<double> level = level_over(cells, grid, context);
+  add("lod", unit, mean(level, 0));
+  add("significance", "", from_top(grid, [&](std::size_t i) { return level[i] > 0 ? sums.d[i] / level[i] : nan; }));
+  return layers;
+}
+
+std::string raster_style(const Comparison& c, const MapOptions& look) {
+  constexpr int steps = 8;  // each way
+  const Palette palette(look.palette, look.flip != paints_excess_red(c.unit));
+  const double limit = colour_limit(c);
+  std::string items;
+  for (int k = -steps; k <= steps; ++k) {
+    const double t = static_cast<double>(k) / steps;
+    items += fmt::format("          <item value=\"{0}\" label=\"{0:.4g}\" color=\"{1}\" alpha=\"255\"/>\n", t * limit,
+                         hex(palette(t)));
+  }
+  return fmt::format(
+      "<!DOCTYPE qgis PUBLIC 'http://mrcc.com/qgis.dtd' 'SYSTEM'>\n"
+      "<qgis version=\"3.22\" styleCategories=\"Symbology\">\n"
+      "  <pipe>\n"
+      "    <rasterrenderer type=\"singlebandpseudocolor\" band=\"1\" opacity=\"1\" alphaBand=\"-1\" "
+      "classificationMin=\"{0}\" classificationMax=\"{1}\" nodataColor=\"\">\n"
+      "      <rastershader>\n"
+      "        <colorrampshader colorRampType=\"INTERPOLATED\" classificationMode=\"1\" clip=\"0\" "
+      "minimumValue=\"{0}\" maximumValue=\"{1}\" labelPrecision=\"4\">\n{2}"
+      "        </colorrampshader>\n"
+      "      </rastershader>\n"
+      "    </rasterrenderer>\n"
+      "  </pipe>\n"
+      "</qgis>\n",
+      -limit, limit, items);
+}
+
+}  // namespace isopach
