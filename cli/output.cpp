@@ -39,6 +39,14 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
   command.option("--map-width", "PIXELS", map.width, "Width of the map").check(whole_number(400, 16000)).show_default();
 }
 
+void add_view_option(Command& command, Delivery& delivery) {
+  command
+      .option("--report-vertices", "N", delivery.report_vertices,
+              "Most vertices of the surface that the report shows in three dimensions; 0: no such view (default: up to "
+              "200000, as many as keep the report below 5 MB)")
+      .check(whole_number(0, 20000000));
+}
+
 Option add_result_options(Command& command, Delivery& delivery, const std::string& files) {
   command.heading("Output");
   const Option folder = command.option("-o,--output", "DIR", delivery.output, files).check(not_empty());
@@ -56,6 +64,7 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
       "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
   if (!default_folder.empty()) folder.show_default();
   add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
+  add_view_option(command, delivery);
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
@@ -135,7 +144,7 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
     json = comparison_json(comparison, folder->names(), matched);
     write_text_atomically(result, json);
     write_text_atomically(histogram, histogram_csv(comparison));
-    write_html(report, comparison, json, {map, truth, delivery.map, matched}, context);
+    write_html(report, comparison, json, {map, truth, delivery.map, matched, delivery.report_vertices}, context);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

@@ -51,6 +51,8 @@ class HtmlPage {
   void warnings();
   /// A PNG that is written already, carried in the page. Errors: InputError where it cannot be read.
   void picture(const std::string& png, const std::string& alt, const std::string& caption = "");
+  /// Adds what view_of gave, for view_place; nothing where it is empty. After close_page().
+  void add_view(const std::string& view, const std::string& policy);
   /// result.json itself, and the foot of the page.
   void raw();
 
