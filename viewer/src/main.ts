@@ -8,6 +8,8 @@ import {style} from './style';
 import {type Place, type Reading, type Stretch, Surface, isSimple, toFrame, toInput} from './surface';
 import {copy, el, fixed, nice, num, save, signed, svg} from './words';
 
+const brief = (v: number): string => String(Number(v.toPrecision(2)));
+
 type Tool = 'read' | 'section' | 'polygon';
 
 interface State {
@@ -86,7 +88,8 @@ class View {
     this.swipeBox.hidden = this.swipeBar.hidden = s.show !== 'both';
     this.swipeBar.style.left = `${100 * s.swipe}%`;
     const scene = this.surfaces[s.scene]!.data.label, {a, b} = this.page.words;
-    this.tag.textContent = (scene ? `${scene}: ` : '') + (s.show === 'a' ? a : s.show === 'b' ? b : `${a} | ${b}`);
+    const {data} = this.surfaces[s.scene]!, file = s.show === 'a' ? data.a.name : data.b.name;
+    this.tag.textContent = (scene ? `${scene}: ` : '') + (s.show === 'both' ? `${a} | ${b}` : `${s.show === 'a' ? a : b} \u00b7 ${file}`);
     for (const sync of this.syncs) sync();
     this.bars.update(this.areas(), s.low, s.high, d => this.legend(d));
     this.showLine();
@@ -127,7 +130,7 @@ class View {
       el('div', {class: 'v-over v-scale'}, this.scaleText, this.scaleBar), this.swipeBar, this.swipeBox);
     this.printed.alt = 'The surface as it was turned when the page was printed';
     return el('section', {class: 'v', 'aria-label': 'The surface, to be turned, read and cut'},
-      el('div', {class: 'v-main'}, stage, this.panel()), this.printed, this.reading, this.below, this.foot);
+      el('div', {class: 'v-main'}, this.printed, stage, this.reading, this.below, this.panel()), this.foot);
   }
 
   private group(title: string, open: boolean, ...content: Node[]): HTMLElement {
@@ -160,8 +163,8 @@ class View {
   private panel(): HTMLElement {
     const groups: HTMLElement[] = [];
     const isWide = window.innerWidth > 860;
-    groups.push(this.group('Surface', true, ...this.surfaceControls()), this.group('Colours of the difference', true, ...this.colourControls()),
-      this.group('Measure', isWide, ...this.toolControls()), this.group('Point of view', isWide, ...this.viewControls()));
+    groups.push(this.group('Surface', true, ...this.surfaceControls()), this.group('Read and measure', true, ...this.toolControls()),
+      this.group('Colours of the difference', true, ...this.colourControls()), this.group('Point of view', isWide, ...this.viewControls()));
     groups.push(this.placesGroup);
     groups.push(this.group('Cut away the sides', false, ...this.clipControls()), this.group('Save', false, ...this.saveControls()),
       this.group('Mouse, touch and keys', false, this.help()));
@@ -210,7 +213,7 @@ class View {
       el('div', {class: 'v-row'}, this.button('From above', () => this.fromAbove()), this.button('Oblique', () => this.stage.lookFrom(205, 42)),
         this.button('Level', () => this.stage.lookFrom(180, 4)), full),
       el('label', {class: 'v-check'}, parallel, 'no perspective (to scale)'),
-      this.slide('Heights \u00d7', -1, 1.7, 0.01, () => Math.log10(s.exaggeration), v => { s.exaggeration = Math.abs(v) < 0.03 ? 1 : 10 ** v; }, () => num(s.exaggeration, 2)),
+      this.slide('Heights \u00d7', -1, 1.7, 0.01, () => Math.log10(s.exaggeration), v => { s.exaggeration = Math.abs(v) < 0.03 ? 1 : 10 ** v; }, () => brief(s.exaggeration)),
       this.slide('Light from', 0, 360, 5, () => s.light, v => { s.light = v; }, v => `${v}\u00b0`),
     ];
   }
@@ -368,7 +371,7 @@ class View {
 
   private tell(words = ''): void {
     const r = this.last, {page} = this, {a, b} = page.words;
-    if (!r) { this.reading.replaceChildren(el('i', {}, words || 'Click on the surface to read its coordinates and the difference there.')); return; }
+    if (!r) { this.reading.replaceChildren(el('i', {class: 'v-tools'}, words || 'Click on the surface to read its coordinates and the difference there.')); return; }
     const p = this.coordinates(r), unit = page.heightUnit, parts: [string, string][] = [];
     if (page.vertical) parts.push(['x', fixed(p.a[0]!, p.plane)], ['y', fixed(p.a[1]!, p.plane)], [`z of ${a}`, fixed(p.a[2]!, p.up)], [`z of ${b}`, fixed(p.b[2]!, p.up)]);
     else parts.push([a, p.a.map(v => fixed(v, p.up)).join(', ')], [b, p.b.map(v => fixed(v, p.up)).join(', ')]);
@@ -434,7 +437,8 @@ class View {
 
   private showSection(stretches: Stretch[]): void {
     if (stretches.length === 0) { this.below.replaceChildren(el('p', {}, 'The line does not cross the area compared.')); return; }
-    const chart = sectionChart(stretches, this.page);
+    const chart = sectionChart(stretches, this.page, Math.min(1000, Math.max(340, this.root.clientWidth - 32)),
+      this.page.vertical ? this.stage.surface.data.frame.origin[2] : 0);
     this.below.replaceChildren(chart, el('p', {class: 'v-hint'}, `Every crossing with the triangles shown, none left out. ${this.thinning()}`),
       el('div', {class: 'v-row v-tools'}, this.button('Values (CSV)', () => save('section.csv', 'text/csv', this.sectionCsv(stretches))),
         this.button('Drawing (SVG)', () => {
@@ -495,7 +499,7 @@ class View {
     const {pixel} = this.stage, length = nice(140 * pixel);
     this.scaleBar.style.width = `${(length / pixel).toFixed(1)}px`;
     this.scaleText.textContent = `${num(length, 3)} ${this.page.unit}${this.stage.orthographic ? '' : ' (in the middle)'}`
-      + (this.state.exaggeration === 1 ? '' : `, heights \u00d7 ${num(this.state.exaggeration, 2)}`);
+      + (this.state.exaggeration === 1 ? '' : `, heights \u00d7 ${brief(this.state.exaggeration)}`);
   }
 
   private footer(): void {
@@ -626,6 +630,8 @@ async function start(): Promise<void> {
     place.after(kept);
     kept.append(...figures);
   }
+  // Tables that are wider than a phone are scrolled by keys, too.
+  for (const box of document.querySelectorAll<HTMLElement>('.scroll')) if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
   document.documentElement.dataset['view'] = 'ready';
 }
 

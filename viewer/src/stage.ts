@@ -28,7 +28,6 @@ void main() {
   if (keepLeft > 0.5 ? gl_FragCoord.x > cut : (keepLeft < -0.5 && gl_FragCoord.x <= cut)) discard;
   if (vXy.x < clip.x || vXy.y < clip.y || vXy.x > clip.z || vXy.y > clip.w) discard;
   vec3 n = normalize(vNormal2);
-  float lit = max(0.0, dot(n, light)) / light.z;
   vec3 colour = vec3(0.80, 0.79, 0.77);
   if (mode < 0.5) {
     float t = vD > 0.0 ? vD / limits.y : vD / -limits.x;
@@ -38,7 +37,7 @@ void main() {
   } else if (mode < 1.5) {
     colour = texture2D(heights, vec2(clamp((vZ - range.x) / max(range.y - range.x, 1e-30), 0.0, 1.0), 0.5)).rgb;
   }
-  float shade = mix(1.0, clamp(lit, 0.0, 1.35), 0.62);
+  float shade = min(1.0, 0.54 + 0.53 * max(0.0, dot(n, light)));
   if (!gl_FrontFacing) shade *= 0.6;
   gl_FragColor = vec4(colour * shade, 1.0);
 }`;
@@ -272,7 +271,7 @@ export class Stage {
   /** Looks from an azimuth (degrees clockwise from north) and a height, at everything or at what lies around a place. */
   lookFrom(azimuth: number, elevation: number, at = new Vector3(), radius = this.radius): void {
     const size = this.renderer.getSize(new Vector2()), aspect = size.x / Math.max(1, size.y);
-    const tangent = Math.tan(this.perspective.fov * Math.PI / 360), fit = elevation > 89 ? 0.82 : 0.93;
+    const tangent = Math.tan(this.perspective.fov * Math.PI / 360), fit = elevation > 89 ? 0.82 : 0.87;
     const distance = fit * radius / (tangent * Math.min(1, aspect));
     const a = azimuth * Math.PI / 180, e = Math.min(elevation, 89.999) * Math.PI / 180;
     const direction = new Vector3(Math.sin(a) * Math.cos(e), Math.cos(a) * Math.cos(e), Math.sin(e));

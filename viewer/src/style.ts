@@ -3,7 +3,8 @@ export const style = `
 .v{margin:26px 0;border:1px solid var(--line);border-radius:8px;overflow:hidden;background:var(--paper)}
 @media(min-width:1124px){.v{margin-inline:calc((1004px - min(100vw - 48px,1400px))/2)}}
 .v.v-full{position:fixed;inset:0;z-index:9;margin:0;border:0;border-radius:0;overflow:auto}
-.v-main{display:grid;grid-template-columns:minmax(0,1fr) 316px}
+.v-main{display:grid;grid-template:"stage panel" auto "read panel" auto "below below" auto/minmax(0,1fr) 316px}
+.v-stage{grid-area:stage}.v-read{grid-area:read}.v-below{grid-area:below}.v-panel{grid-area:panel}
 .v-stage{position:relative;background:var(--tint);min-width:0}
 .v-stage canvas{display:block;width:100%;height:min(72vh,680px);touch-action:none;cursor:crosshair;outline-offset:-3px}
 .v-full .v-stage canvas{height:calc(100vh - 120px)}
@@ -18,8 +19,8 @@ canvas:focus-visible~.v-cross{display:block}
 .v-swipe{position:absolute;inset:auto 12px 44px;pointer-events:none}
 .v-swipe input{width:100%;pointer-events:auto;margin:0}
 .v-bar{position:absolute;top:0;bottom:0;width:2px;background:var(--ink);pointer-events:none}
-.v-panel{border-left:1px solid var(--line);padding:6px 16px 14px;font-size:14px;overflow:auto;max-height:min(72vh,680px)}
-.v-full .v-panel{max-height:calc(100vh - 120px)}
+.v-panel{border-left:1px solid var(--line);padding:6px 16px 14px;font-size:14px;overflow:auto;max-height:calc(min(72vh,680px) + 47px)}
+.v-full .v-panel{max-height:calc(100vh - 73px)}
 .v-panel details{border-bottom:1px solid var(--line);padding:8px 0}
 .v-panel details:last-child{border:0}
 .v-panel summary{color:var(--ink);font-weight:600}
@@ -56,6 +57,6 @@ canvas:focus-visible~.v-cross{display:block}
 .v-print{display:none}
 @media(max-width:860px){.v{margin-inline:-6px}.v-main{display:block}.v-panel{border-left:0;border-top:1px solid var(--line);max-height:none}
 .v-stage canvas{height:min(62vh,420px)}.v-panel summary{padding:4px 0}.v button,.v select,.v input[type=number]{min-height:40px}}
-@media print{.v{border:0;margin:10px 0;break-inside:avoid;overflow:visible}.v-main,.v-read:empty,.v-foot .v-screen,.v-tools{display:none}.v-print{display:block;width:100%}
-.v-foot,.v-read,.v-below{padding-inline:0}}
+@media print{.v{border:0;margin:10px 0;break-inside:avoid;overflow:visible}.v-main{display:block}.v-stage,.v-panel,.v-tools{display:none!important}.v-print{display:block;width:100%}
+.v-foot,.v-read,.v-below{padding-inline:0;border:0}}
 `;

@@ -62,6 +62,9 @@ export async function copy(text: string): Promise<boolean> {
   return done;
 }
 
+/** The least of 1, 2, 5 times a power of ten that is not below v. */
+export const niceAbove = (v: number): number => (nice(v) >= v ? nice(v) : nice(2.5 * v));
+
 /** The greatest of 1, 2, 5 times a power of ten that is not above v. */
 export function nice(v: number): number {
   const power = 10 ** Math.floor(Math.log10(v));
