@@ -60,8 +60,11 @@ class View {
     this.tell();
     this.readHash();
     this.apply();
-    (window.requestIdleCallback ?? setTimeout)(() => { this.stage.pick(1, 1); });  // the search tree, before the first click
+    this.stage.begin();
   }
+
+  /** What takes longer and is not seen at once: the places to go to, and the search tree for the first click. */
+  prepare(): void { this.places(); this.stage.pick(1, 1); }
 
   /** Flat ground is shown steeper, so that its shape is seen: 1, 2, 5 or 10 times. */
   private usualExaggeration(): number {
@@ -168,7 +171,6 @@ class View {
     groups.push(this.placesGroup);
     groups.push(this.group('Cut away the sides', false, ...this.clipControls()), this.group('Save', false, ...this.saveControls()),
       this.group('Mouse, touch and keys', false, this.help()));
-    this.places();
     return el('div', {class: 'v-panel', role: 'region', 'aria-label': 'Controls of the view', tabindex: 0}, ...groups);
   }
 
@@ -621,7 +623,7 @@ async function start(): Promise<void> {
   const surfaces = await Promise.all(page.scenes.map(s => Surface.of(s)));
   if (surfaces.some(s => s.triangles === 0)) return;
   document.head.append(el('style', {}, style));
-  new View(place, page, surfaces);
+  const view = new View(place, page, surfaces);
   // The pictures stay, behind a word, for those who want one to keep.
   const figures: Element[] = [];
   for (let f = place.nextElementSibling; f?.tagName === 'FIGURE'; f = f.nextElementSibling) figures.push(f);
@@ -632,7 +634,10 @@ async function start(): Promise<void> {
   }
   // Tables that are wider than a phone are scrolled by keys, too.
   for (const box of document.querySelectorAll<HTMLElement>('.scroll')) if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
-  document.documentElement.dataset['view'] = 'ready';
+  requestAnimationFrame(() => setTimeout(() => {  // after the first frame
+    view.prepare();
+    document.documentElement.dataset['view'] = 'ready';
+  }));
 }
 
 void start();

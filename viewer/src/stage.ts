@@ -143,6 +143,7 @@ export class Stage {
   readonly radius: number;
   private current = 0;
   private queued = false;
+  private begun = false;
   private isParallel = false;
 
   constructor(readonly canvas: HTMLCanvasElement, readonly surfaces: Surface[], private look: Look, heightTable: Uint8Array) {
@@ -222,14 +223,14 @@ export class Stage {
   }
 
   draw(): void {
-    if (this.queued) return;
+    if (this.queued || !this.begun) return;
     this.queued = true;
     requestAnimationFrame(() => { this.queued = false; this.drawNow(); });
   }
 
   drawNow(): void {
     const size = this.renderer.getSize(new Vector2());
-    if (!(size.x > 0 && size.y > 0)) return;
+    if (!this.begun || !(size.x > 0 && size.y > 0)) return;
     const distance = this.camera.position.distanceTo(this.controls.target);
     const reach = this.radius * Math.max(1, this.look.exaggeration);
     if (this.isParallel) {
@@ -246,6 +247,9 @@ export class Stage {
     this.renderer.render(this.scene, this.camera);
     this.onFrame();
   }
+
+  /** Nothing is drawn before: a frame of a large surface is not wasted on a state that is being set up. */
+  begin(): void { this.begun = true; this.draw(); }
 
   private baseHalf = 1;
   private halfHeight(): number { return this.baseHalf; }

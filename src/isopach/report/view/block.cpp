@@ -44,7 +44,7 @@ std::string deflated(const std::string& bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::string out(size, '\0');
   const int status = compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
-                               static_cast<uLong>(bytes.size()), 9);
+                               static_cast<uLong>(bytes.size()), 6);
   if (status != Z_OK) throw Error(ExitCode::internal, "the surface of the report cannot be compressed");
   out.resize(size);
   return out;

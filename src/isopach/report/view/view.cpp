@@ -19,6 +19,8 @@ namespace isopach {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+constexpr std::size_t least_view_vertices = 5000;
 using values::real;
 
 Json numbers_json(const Quantised& q) { return {{"low", real(q.low)}, {"step", real(q.step)}}; }
@@ -137,14 +139,16 @@ std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words
   if (scenes.empty() || limits.vertices == 0u) return "";
   const Json head = head_json(scenes, words, look);
   const std::string script = "<script>" + std::string(view_script()) + "</script>\n";
-  std::size_t vertices = limits.vertices.value_or(default_view_vertices);
-  std::string data = data_of(scenes, head, vertices, context);
   const std::size_t taken = limits.page_bytes + script.size();
   const std::size_t room = page_budget > taken ? page_budget - taken : 0;
+  constexpr std::size_t usual = 14;  // bytes a vertex
+  std::size_t vertices =
+      limits.vertices.value_or(std::clamp<std::size_t>(room / usual, least_view_vertices, default_view_vertices));
+  std::string data = data_of(scenes, head, vertices, context);
   // A surface that compresses badly gets fewer vertices; one that has no room at all some thousand, to show its shape.
-  for (int tries = 0; tries < 3 && !limits.vertices && data.size() > room && vertices > 5000; ++tries) {
+  for (int tries = 0; tries < 3 && !limits.vertices && data.size() > room && vertices > least_view_vertices; ++tries) {
     const double share = 0.95 * static_cast<double>(room) / static_cast<double>(data.size());
-    vertices = std::max<std::size_t>(5000, static_cast<std::size_t>(share * static_cast<double>(vertices)));
+    vertices = std::max<std::size_t>(least_view_vertices, static_cast<std::size_t>(share * static_cast<double>(vertices)));
     data = data_of(scenes, head, vertices, context);
   }
   return data.empty() ? "" : data + script;
