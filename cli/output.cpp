@@ -30,6 +30,14 @@ void write_json(const std::string& path, const std::string& text, Run& run) {
     write_text_atomically(path, text);
 }
 
+void add_view_option(Command& command, MapOptions& map) {
+  command
+      .option("--report-vertices", "N", map.vertices,
+              "Most vertices of the surface that the report shows in three dimensions; 0: no such view (default: up to "
+              "200000, as many as keep the report below 5 MB)")
+      .check(whole_number(0, 20000000));
+}
+
 void add_map_options(Command& command, MapOptions& map, const std::string& title) {
   std::vector<std::pair<std::string, std::string>> names;
   for (const std::string& name : palettes()) names.emplace_back(name, name);
@@ -37,14 +45,7 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
   command.flag("--flip-palette", map.flip, "Swap the two ends of the palette");
   command.option("--title", "TEXT", map.title, title);
   command.option("--map-width", "PIXELS", map.width, "Width of the map").check(whole_number(400, 16000)).show_default();
-}
-
-void add_view_option(Command& command, Delivery& delivery) {
-  command
-      .option("--report-vertices", "N", delivery.report_vertices,
-              "Most vertices of the surface that the report shows in three dimensions; 0: no such view (default: up to "
-              "200000, as many as keep the report below 5 MB)")
-      .check(whole_number(0, 20000000));
+  add_view_option(command, map);
 }
 
 Option add_result_options(Command& command, Delivery& delivery, const std::string& files) {
@@ -64,7 +65,6 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
       "points_a.ply, points_b.ply, with polygons budget.csv (LAS in: also points_a.las); made if it is not there");
   if (!default_folder.empty()) folder.show_default();
   add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
-  add_view_option(command, delivery);
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
@@ -144,7 +144,7 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
     json = comparison_json(comparison, folder->names(), matched);
     write_text_atomically(result, json);
     write_text_atomically(histogram, histogram_csv(comparison));
-    write_html(report, comparison, json, {map, truth, delivery.map, matched, delivery.report_vertices}, context);
+    write_html(report, comparison, json, {map, truth, delivery.map, matched}, context);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

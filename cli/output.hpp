@@ -70,18 +70,17 @@ class Stopwatch {
 /// What a verb writes and prints, as its options under the heading "Output" say.
 struct Delivery {
   std::string output, json;  ///< folder, file; empty: none
-  std::optional<std::size_t> report_vertices;  ///< of the surface in the report
   bool no_map = false, no_cells = false, no_points = false;
   std::string pose_out;        ///< of match: a file for the pose alone
   std::string format = "ply";  ///< of points of distance and roughness
   MapOptions map;
 };
 
-/// --palette, --flip-palette, --title and --map-width. `title`: help of --title.
+/// --palette, --flip-palette, --title, --map-width and --report-vertices. `title`: help of --title.
 void add_map_options(Command& command, MapOptions& map, const std::string& title);
 
 /// --report-vertices.
-void add_view_option(Command& command, Delivery& delivery);
+void add_view_option(Command& command, MapOptions& map);
 
 /// --output and --json, under the heading of the output. `files`: what the help says of the folder.
 Option add_result_options(Command& command, Delivery& delivery, const std::string& files);

@@ -126,8 +126,9 @@ class View {
   private built(): HTMLElement {
     const north = svg('svg', {viewBox: '-17 -17 34 52', class: 'v-over v-north', 'aria-hidden': 'true'}, this.northArrow);
     this.northArrow.append(svg('path', {d: 'M0 -14L8 12L0 7L-8 12Z', fill: 'currentColor'}));
-    const letter = svg('text', {y: 32, 'text-anchor': 'middle', 'font-size': 14, 'font-weight': 600, fill: 'currentColor'}, this.page.north ? 'N' : this.page.vertical ? 'y' : 'up');
+    const letter = svg('text', {y: 32, 'text-anchor': 'middle', 'font-size': 14, 'font-weight': 600, fill: 'currentColor'}, this.page.north ? 'N' : 'y');
     north.append(letter);
+    if (!this.page.vertical) north.setAttribute('visibility', 'hidden');
     const cross = svg('svg', {viewBox: '0 0 21 21', class: 'v-cross', 'aria-hidden': 'true'}, svg('path', {d: 'M10.5 0V8M10.5 13V21M0 10.5H8M13 10.5H21', stroke: 'currentColor', 'stroke-width': 2}));
     const stage = el('div', {class: 'v-stage'}, this.canvas, cross, this.tag, north,
       el('div', {class: 'v-over v-scale'}, this.scaleText, this.scaleBar), this.swipeBar, this.swipeBox);
@@ -230,7 +231,7 @@ class View {
   private toolControls(): HTMLElement[] {
     const s = this.state;
     const hints: Record<Tool, string> = {
-      read: 'Click on the surface: its coordinates and the difference there stand below. Key C copies them.',
+      read: 'Click on the surface: ' + (this.page.places ? 'its coordinates and the difference there stand' : 'the difference there stands') + ' below. Key C copies it.',
       section: 'Click points along a line, then Finish (or double-click): both surfaces along it are drawn below.',
       polygon: 'Click the corners of an area, then Finish (or double-click): the volumes over it stand below.',
     };
@@ -373,10 +374,10 @@ class View {
 
   private tell(words = ''): void {
     const r = this.last, {page} = this, {a, b} = page.words;
-    if (!r) { this.reading.replaceChildren(el('i', {class: 'v-tools'}, words || 'Click on the surface to read its coordinates and the difference there.')); return; }
+    if (!r) { this.reading.replaceChildren(el('i', {class: 'v-tools'}, words || `Click on the surface to read ${page.places ? 'its coordinates and ' : ''}the difference there.`)); return; }
     const p = this.coordinates(r), unit = page.heightUnit, parts: [string, string][] = [];
     if (page.vertical) parts.push(['x', fixed(p.a[0]!, p.plane)], ['y', fixed(p.a[1]!, p.plane)], [`z of ${a}`, fixed(p.a[2]!, p.up)], [`z of ${b}`, fixed(p.b[2]!, p.up)]);
-    else parts.push([a, p.a.map(v => fixed(v, p.up)).join(', ')], [b, p.b.map(v => fixed(v, p.up)).join(', ')]);
+    else if (page.places) parts.push([a, p.a.map(v => fixed(v, p.up)).join(', ')], [b, p.b.map(v => fixed(v, p.up)).join(', ')]);
     parts.push(['difference', `${r.d > 0 ? '+' : ''}${fixed(r.d, p.up)} ${unit}`]);
     if (r.lod !== null) parts.push(['level of detection', `\u00b1${num(r.lod, 2)} ${unit}: ${Math.abs(r.d) > r.lod ? 'significant' : 'within it'}`]);
     this.reading.replaceChildren(...parts.map(([k, v]) => el('span', {}, el('i', {}, k), el('b', {}, v))));
@@ -390,7 +391,7 @@ class View {
     if (!r) return;
     const p = this.coordinates(r), row = this.page.vertical
       ? [p.a[0]!.toFixed(p.plane), p.a[1]!.toFixed(p.plane), p.a[2]!.toFixed(p.up), p.b[2]!.toFixed(p.up)]
-      : [...p.a, ...p.b].map(v => v.toFixed(p.up));
+      : this.page.places ? [...p.a, ...p.b].map(v => v.toFixed(p.up)) : [];
     const text = [...row, r.d.toFixed(p.up), ...(r.lod === null ? [] : [r.lod.toPrecision(3)])].join('\t');
     const done = await copy(text);
     this.reading.querySelector('.v-copied')?.remove();
@@ -533,8 +534,9 @@ class View {
     g.fillRect(370 * unit, y + 10 * unit, drawn, 3 * unit);
     g.fillText(this.scaleText.textContent ?? '', 370 * unit, y + 34 * unit);
     g.textAlign = 'right'; g.fillText(this.fitted(g, `${this.tag.textContent}: ${page.title}`, 290 * unit), width - 60 * unit, y + 34 * unit);
+    if (!page.vertical) return out;
     g.translate(width - 28 * unit, y + 16 * unit); g.textAlign = 'center';
-    g.fillText(page.north ? 'N' : page.vertical ? 'y' : 'up', 0, 24 * unit);
+    g.fillText(page.north ? 'N' : 'y', 0, 24 * unit);
     g.rotate(-(this.stage.azimuth + 180) * Math.PI / 180); g.scale(unit, unit); g.fill(new Path2D('M0 -14L8 10L0 5L-8 10Z'));
     return out;
   }

@@ -25,7 +25,7 @@ namespace isopach {
 /// match_json: numbers are read from it.
 struct MatchPictures {
   std::string agreement, before, after;
-  std::optional<std::size_t> vertices = {};  ///< as of PageOptions, for before and after together
+  std::optional<std::size_t> vertices = {};  ///< as of MapOptions, for before and after together
 };
 void write_match_html(const std::string& path, const Matching& m, const MatchPictures& pictures,
                       const std::string& json, const Context& context);

@@ -47,8 +47,8 @@ class MatchPage : HtmlPage {
     std::vector<ViewScene> scenes;
     if (m_.comparison_before) scenes.push_back({"before", &*m_.comparison_before});
     if (m_.comparison_after) scenes.push_back({"after", &*m_.comparison_after});
-    const ViewWords words{"fixed scan", "moving scan", "moving scan above the fixed", "below it", ""};
-    add_view(view_of(scenes, words, {}, {files.vertices, out_.size()}, context), view_policy());
+    const ViewWords words{"fixed scan", "moving scan", "moving scan above the fixed", "below it", true, ""};
+    add_view(view_of(scenes, words, {}, {files.vertices, bytes_but_times()}, context), view_policy());
     return out_;
   }
 

@@ -92,7 +92,7 @@ Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, con
   double limit = 0;
   for (const ViewScene& scene : scenes)
     if (!shows_no_difference(*scene.comparison)) limit = std::max(limit, colour_limit(*scene.comparison));
-  const bool is_projected = !c.a.crs.empty() && is_vertical(c);
+  const bool is_projected = words.places && !c.a.crs.empty() && is_vertical(c);
   return {{"version", 1},
           {"title", look.title.empty() ? input_name(c.a) + " → " + input_name(c.b) : clean_utf8(look.title)},
           {"unit", unit_text(c.unit)},
@@ -101,7 +101,8 @@ Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, con
           {"volumeUnit", measured_unit(c, 3)},
           {"crs", clean_utf8(c.a.crs)},
           {"north", is_projected},
-          {"vertical", is_vertical(c)},
+          {"vertical", words.places && is_vertical(c)},
+          {"places", words.places},
           {"limit", real(limit)},
           {"palette", look.palette},
           {"flip", look.flip != paints_excess_red(c.unit)},

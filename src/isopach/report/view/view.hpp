@@ -21,13 +21,14 @@ struct ViewScene {
 struct ViewWords {
   std::string a = "A", b = "B";            ///< names of the two surfaces, in buttons
   std::string above = "B above A", below = "B below A";
+  bool places = true;                      ///< whether coordinates of the frame lead back to those of the input
   std::string command;                     ///< of exact volumes in a polygon; empty: there is none
 };
 
 /// How large it may become.
 struct ViewLimits {
   std::optional<std::size_t> vertices;  ///< of all scenes together, 0: no view; default: what page_budget has room for
-  std::size_t page_bytes = 0;           ///< of the page without it
+  std::size_t page_bytes = 0;           ///< of the page without it, the same in every run
 };
 inline constexpr std::size_t page_budget = 5'000'000;             ///< bytes
 inline constexpr std::size_t default_view_vertices = 200'000;  ///< at most, where none are asked for
