@@ -58,6 +58,7 @@ void add_output_options(Command& command, Delivery& delivery) {
       "stable and agreement), agreement.png, before.png and after.png; made if it is not there");
   command.option("--pose-out", "FILE", delivery.pose_out, "The pose alone: four lines of four numbers")
       .check(not_empty());
+  add_view_option(command, delivery.map);
   command.flag("--no-map", delivery.no_map,
                "No agreement.png, before.png and after.png, and no pictures in the report");
 }
@@ -73,6 +74,7 @@ MatchPictures write_pictures(const MatchAnswer& answer, const Delivery& delivery
   const Matching& m = answer.matching;
   const CloudView& moving = answer.moving;
   MatchPictures files;
+  files.vertices = delivery.map.vertices;
   if (delivery.no_map) return files;
   if (!m.agreement.empty()) {
     ProjectOptions project = answer.project;

@@ -36,6 +36,14 @@ void write_json(const std::string& path, const std::string& text, Run& run) {
     write_text_atomically(path, text);
 }
 
+void add_view_option(Command& command, MapOptions& map) {
+  command
+      .option("--report-vertices", "N", map.vertices,
+              "Most vertices of the surface that the report shows in three dimensions; 0: no such view (default: up to "
+              "200000, as many as keep the report below 5 MB)")
+      .check(whole_number(0, 20000000));
+}
+
 void add_map_options(Command& command, MapOptions& map, const std::string& title) {
   std::vector<std::pair<std::string, std::string>> names;
   for (const std::string& name : palettes()) names.emplace_back(name, name);
@@ -43,6 +51,7 @@ void add_map_options(Command& command, MapOptions& map, const std::string& title
   command.flag("--flip-palette", map.flip, "Swap the two ends of the palette");
   command.option("--title", "TEXT", map.title, title);
   command.option("--map-width", "PIXELS", map.width, "Width of the map").check(whole_number(400, 16000)).show_default();
+  add_view_option(command, map);
 }
 
 Option add_result_options(Command& command, Delivery& delivery, const std::string& files) {

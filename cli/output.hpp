@@ -84,8 +84,11 @@ struct Delivery {
   bool vtu = false;                              ///< the cells for ParaView
 };
 
-/// --palette, --flip-palette, --title and --map-width. `title`: help of --title.
+/// --palette, --flip-palette, --title, --map-width and --report-vertices. `title`: help of --title.
 void add_map_options(Command& command, MapOptions& map, const std::string& title);
+
+/// --report-vertices.
+void add_view_option(Command& command, MapOptions& map);
 
 /// --output and --json, under the heading of the output. `files`: what the help says of the folder.
 Option add_result_options(Command& command, Delivery& delivery, const std::string& files);

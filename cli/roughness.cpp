@@ -107,6 +107,7 @@ void add_output_options(Command& command, Delivery& delivery) {
                      "waviness, roughness, valley, wrinkle); of AFTER too; made if it is not there");
   command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of the points");
+  add_view_option(command, delivery.map);
   command.option("--map-width", "PIXELS", delivery.map.width, "Width of the maps")
       .check(whole_number(300, 20000))
       .show_default();
@@ -165,7 +166,7 @@ void RoughnessAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Ru
     const std::string page = folder->path("report.html"), result = folder->path("result.json");
     json = roughness_json(r, folder->names());
     write_text_atomically(result, json);
-    write_roughness_html(page, r, pictures, json, context);
+    write_roughness_html(page, r, pictures, json, delivery.map, context);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

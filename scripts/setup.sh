@@ -15,7 +15,7 @@ packages=(
   clang clang-format libclang-rt-dev
   # the library
   libeigen3-dev libtbb-dev libfmt-dev nlohmann-json3-dev libfast-float-dev libnanoflann-dev libgdal-dev
-  libmuparser-dev libproj-dev libpng-dev libcairo2-dev fonts-dejavu-core
+  libmuparser-dev libproj-dev libpng-dev zlib1g-dev libcairo2-dev fonts-dejavu-core
   # the command line
   libcli11-dev
   # tests and benchmarks
@@ -42,11 +42,21 @@ fail() {
 
 installed() { [[ $(dpkg-query -W -f '${db:Status-Status}' "$1" 2>/dev/null) == installed ]]; }
 
+# What the view of reports is bundled and tested with; isopach is built without. Node.js may have come from elsewhere, and
+# Ubuntu has no package of Chromium: its tests are skipped there.
+view_packages() {
+  command -v node >/dev/null || echo nodejs
+  command -v npm >/dev/null || echo npm
+  command -v chromium >/dev/null || [[ -z $(apt-cache policy chromium | sed -n 's/^ *Candidate: //p' | grep -v '(none)') ]] ||
+    echo chromium
+}
+
 missing_packages() {
   local package
   for package in "${packages[@]}"; do
     installed "$package" || echo "$package"
   done
+  view_packages
 }
 
 have_laszip() { installed liblaszip-dev || [[ -e $laszip_prefix/include/laszip/laszip_api.h ]]; }

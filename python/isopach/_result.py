@@ -104,8 +104,8 @@ class Result(Record):
     def save(self, folder: str | os.PathLike[str], *, progress: Any = None, **options: Any) -> pathlib.Path:
         """Writes what the command line writes with --output: JSON, report, map, point clouds with their fields.
 
-        `options` are those of the heading "Output" of ``isopach <verb> --help``: palette, title, map_width, no_map,
-        no_cells, no_points, format, as far as the verb has them. All files appear together, or none. Returns the
+        `options` are those of the heading "Output" of ``isopach <verb> --help``: palette, title, map_width,
+        report_vertices, no_map, no_cells, no_points, format, as far as the verb has them. All files appear together, or none. Returns the
         folder.
         """
         if self._found is None:

@@ -14,12 +14,12 @@ FORBIDDEN = {folder: {"io"} for folder in CORE}
 FORBIDDEN["delaunay"] |= {"cloud", "field"}
 # Libraries that not every part of isopach is linked with: the first letters of their headers, and where they may stand.
 LIBRARIES = {"gdal": "io", "ogr": "io", "cpl_": "io", "proj": "io", "laszip": "io", "muParser": "io", "fast_float": "io",
-             "cairo": "report", "png": "report"}
+             "cairo": "report", "png": "report", "zlib": "report"}
 
 # Rooms of a folder include rooms before them alone. What lies in the folder itself is common to them, or the page above.
 ROOMS = {"measure": ["volume", "uncertainty", "changes", "currents", "texture"],
          "match": ["verdict", "surface", "pairs", "currents", "coarse"],
-         "report": ["page", "draw"]}
+         "report": ["page", "draw", "view"]}
 
 found = []
 for name in tracked("src/isopach"):

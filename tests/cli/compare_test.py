@@ -2,6 +2,7 @@
 
 import json
 import random
+import re
 import unittest
 
 from support import CliTest, points, without_timing
@@ -118,6 +119,27 @@ class Output(CliTest):
             self.run_cli("compare", a, b, "-o", "out", *words)
             maps.add(self.path("out/difference.png").read_bytes())
         self.assertEqual(len(maps), 5)
+
+    def test_vertices_of_the_report(self):
+        a, b = self.scans()
+
+        def scene():
+            text = re.search('<script type="application/json" id="view-data">(.*?)</script>', self.path("out/report.html").read_text())
+            return json.loads(text.group(1))["scenes"][0] if text else None
+
+        self.run_cli("compare", a, b, "-o", "out", "--threads", "1")
+        whole = scene()
+        self.assertTrue(whole["whole"])
+        self.assertEqual(whole["nodes"], whole["of"])
+        self.run_cli("compare", a, b, "-o", "out", "--threads", "3")
+        self.assertEqual(scene(), whole)
+        self.run_cli("compare", a, b, "-o", "out", "--report-vertices", "150")
+        thin = scene()
+        self.assertFalse(thin["whole"])
+        self.assertLessEqual(thin["nodes"], 150)
+        self.assertGreater(thin["error"]["d"], whole["error"]["d"])
+        self.run_cli("compare", a, b, "-o", "out", "--report-vertices", "0")
+        self.assertIsNone(scene())
 
     def test_las_in_las_out(self):
         a, b = self.scans()

@@ -147,7 +147,7 @@ class Compare(OptionsTest):
     }
     WRONG = {
         **WRONG,
-        "--palette": ["--palette", "mud"], "--map-width": ["--map-width", "3"],
+        "--palette": ["--palette", "mud"], "--report-vertices": ["--report-vertices", "-1"], "--map-width": ["--map-width", "3"],
         "--crop": ["--crop", "9,0,1,1"], "--unit": ["--unit", "furlong"],
         "--surface": ["--surface", "round"], "--measure": ["--measure", "W"], "--sigma": ["--sigma", "3"],
         "--currents-error": ["--currents-error", "0.01"], "--weight": ["--weight", "x +"],

@@ -28,9 +28,12 @@ Comparison hills() {
   return c;
 }
 
+/// Without the view, whose script and data tests/report/thin_test.cpp and tests/viewer look at.
 std::string page(const Comparison& c, const std::string& map = "", const std::optional<Truth>& truth = std::nullopt) {
   const std::string path = testing::TempDir() + "isopach_html_test.html";
-  write_html(path, c, comparison_json(c, {"result.json"}), {map, truth, {}, nullptr}, {});
+  MapOptions look;
+  look.vertices = 0;
+  write_html(path, c, comparison_json(c, {"result.json"}), {map, truth, look, nullptr}, {});
   std::ifstream in(path, std::ios::binary);
   std::string text{std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
   std::filesystem::remove(path);

@@ -108,7 +108,7 @@ TEST(RoughnessReport, PageHasTheNumbersOfTheJson) {
   write_roughness_map(map, r, r.scan, look, {});
   write_wrinkle_map(lines, r, r.scan, look, {});
   const std::string json = roughness_json(r, {}), path = folder / "report.html";
-  write_roughness_html(path, r, {{map, "Roughness"}, {lines, "Wrinkles"}}, json, {});
+  write_roughness_html(path, r, {{map, "Roughness"}, {lines, "Wrinkles"}}, json, look, {});
   std::ifstream file(path);
   const std::string page{std::istreambuf_iterator<char>(file), {}};
   EXPECT_NE(page.find("be&lt;fore.ply"), std::string::npos);

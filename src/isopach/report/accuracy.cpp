@@ -11,6 +11,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/verdict_values.hpp"
 #include "isopach/report/page/words.hpp"
+#include "isopach/report/view/view.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -113,10 +114,18 @@ class Page : public HtmlPage {
         unit_(unit_text(a.unit)),
         height_(unit_text(height_unit(a.comparison))) {}
 
-  [[nodiscard]] std::string write(const std::string& map_png) {
+  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look, const Context& context) {
+    write(map_png);
+    add_view(view_of({{"", &a_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
+    return out_;
+  }
+
+ private:
+  std::string write(const std::string& map_png) {
     open_page(title_);
     head();
     warnings();
+    out_ += view_place;
     if (!map_png.empty()) picture(map_png, "Map of reconstruction less reference");
     checks();
     numbers();
@@ -125,7 +134,6 @@ class Page : public HtmlPage {
     return out_;
   }
 
- private:
   void head() {
     out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">It lies " + brief_sign("normal.bias") +
             "\u00a0" + height_ + " from the reference on average, RMS " + brief("normal.rms") + "\u00a0" + height_ +
@@ -351,7 +359,8 @@ void write_accuracy_map(const std::string& path, const Accuracy& a, const MapOpt
 void write_accuracy_html(const std::string& path, const Accuracy& a, const std::string& map_png,
                          const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_text_atomically(path, Page(a, json, look).write(map_png));
+  const ViewWords words{"reference", "reconstruction", "above the reference", "below the reference", true, ""};
+  write_text_atomically(path, Page(a, json, look).write(map_png, words, look, context));
 }
 
 }  // namespace isopach

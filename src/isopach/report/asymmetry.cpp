@@ -13,6 +13,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/values.hpp"
 #include "isopach/report/page/words.hpp"
+#include "isopach/report/view/view.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -214,7 +215,14 @@ class Page : public HtmlPage {
         plus_(named(positive_side(a), a)),
         minus_(named(negative_side(a), a)) {}
 
-  [[nodiscard]] std::string write(const std::string& map_png) {
+  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look, const Context& context) {
+    write(map_png);
+    add_view(view_of({{"", &a_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
+    return out_;
+  }
+
+ private:
+  std::string write(const std::string& map_png) {
     open_page(title_);
     head(map_png);
     regions();
@@ -224,7 +232,6 @@ class Page : public HtmlPage {
     return out_;
   }
 
- private:
   void head(const std::string& map_png) {
     out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
             datum("measure.rho_debiased", difference_number(a_, value("measure.rho_debiased"), fine)) + "\u00a0" +
@@ -241,6 +248,7 @@ class Page : public HtmlPage {
     card(percent("domain.coverage"), "%", "of the area compared");
     out_ += "</div>\n";
     warnings();
+    out_ += view_place;
     if (!map_png.empty()) picture(map_png, "Map of the left-right differences, with the symmetry plane");
   }
 
@@ -418,7 +426,10 @@ void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapO
 void write_asymmetry_html(const std::string& path, const Asymmetry& a, const std::string& map_png,
                           const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_text_atomically(path, Page(a, json, look).write(map_png));
+  const ViewWords words{"mirrored", "face", "stands out further", "lies further back", false, ""};
+  MapOptions shown = look;
+  shown.flip = look.flip != !paints_excess_red(a.unit);  // as on the map
+  write_text_atomically(path, Page(a, json, look).write(map_png, words, shown, context));
 }
 
 void write_asymmetry_points(const std::string& path, const CloudView& face, const Asymmetry& a,

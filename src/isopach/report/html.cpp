@@ -18,6 +18,7 @@
 #include "isopach/report/page/uncertainty.hpp"
 #include "isopach/report/page/words.hpp"
 #include "isopach/report/report.hpp"
+#include "isopach/report/view/view.hpp"
 
 namespace isopach {
 namespace {
@@ -32,7 +33,7 @@ class Page : public HtmlPage {
   Page(const Comparison& c, const std::string& json, const MapOptions& look, const Matching* matched)
       : HtmlPage(json), c_(c), look_(look), matched_(matched) {}
 
-  [[nodiscard]] std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
+  std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
     const std::string title =
         look_.title.empty() ? input_name(c_.a) + " → " + input_name(c_.b) : clean_utf8(look_.title);
     open_page(title);
@@ -50,6 +51,14 @@ class Page : public HtmlPage {
     working();
     raw();
     close_page();
+    return out_;
+  }
+  /// The same with the surface itself.
+  [[nodiscard]] std::string write_with_view(const PageOptions& options, const Context& context) {
+    write(options.map_png, options.truth);
+    ViewWords words;
+    words.command = "isopach compare " + quoted(c_.a.path) + " " + quoted(c_.b.path);
+    add_view(view_of({{"", &c_}}, words, look_, {look_.vertices, bytes_but_times()}, context), view_policy());
     return out_;
   }
 
@@ -102,7 +111,15 @@ class Page : public HtmlPage {
     out_ += "</div>\n";
   }
 
+  /// As one word of a shell.
+  [[nodiscard]] static std::string quoted(const std::string& word) {
+    std::string out = "'";
+    for (const char c : word) out += c == '\'' ? std::string("'\\''") : std::string(1, c);
+    return out + "'";
+  }
+
   void map(const std::string& png) {
+    out_ += view_place;
     if (!png.empty()) picture(png, "Map of the difference B − A in colours centred on zero");
   }
 
@@ -488,7 +505,7 @@ class Page : public HtmlPage {
 void write_html(const std::string& path, const Comparison& c, const std::string& json, const PageOptions& options,
                 const Context& context) {
   context.check();
-  write_text_atomically(path, Page(c, json, options.look, options.matched).write(options.map_png, options.truth));
+  write_text_atomically(path, Page(c, json, options.look, options.matched).write_with_view(options, context));
 }
 
 }  // namespace isopach

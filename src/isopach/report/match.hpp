@@ -1,5 +1,6 @@
 // What `isopach match` writes and prints. Computes nothing that is not in Matching already.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -24,6 +25,7 @@ namespace isopach {
 /// match_json: numbers are read from it.
 struct MatchPictures {
   std::string agreement, before, after;
+  std::optional<std::size_t> vertices = {};  ///< as of MapOptions, for before and after together
 };
 void write_match_html(const std::string& path, const Matching& m, const MatchPictures& pictures,
                       const std::string& json, const Context& context);

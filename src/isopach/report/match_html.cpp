@@ -11,6 +11,7 @@
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/words.hpp"
+#include "isopach/report/view/view.hpp"
 
 namespace isopach {
 namespace {
@@ -30,6 +31,7 @@ class MatchPage : HtmlPage {
     lead();
     cards();
     warnings();
+    out_ += view_place;
     pictures(files);
     history();
     pose();
@@ -37,6 +39,16 @@ class MatchPage : HtmlPage {
     evidence();
     quality();
     finish_page();
+    return out_;
+  }
+  /// The same with the surfaces before and after, where they were compared.
+  std::string write_with_view(const MatchPictures& files, const Context& context) {
+    write(files);
+    std::vector<ViewScene> scenes;
+    if (m_.comparison_before) scenes.push_back({"before", &*m_.comparison_before});
+    if (m_.comparison_after) scenes.push_back({"after", &*m_.comparison_after});
+    const ViewWords words{"fixed scan", "moving scan", "moving scan above the fixed", "below it", true, ""};
+    add_view(view_of(scenes, words, {}, {files.vertices, bytes_but_times()}, context), view_policy());
     return out_;
   }
 
@@ -253,7 +265,7 @@ class MatchPage : HtmlPage {
 void write_match_html(const std::string& path, const Matching& m, const MatchPictures& pictures,
                       const std::string& json, const Context& context) {
   context.check();
-  write_text_atomically(path, MatchPage(m, json).write(pictures));
+  write_text_atomically(path, MatchPage(m, json).write_with_view(pictures, context));
 }
 
 }  // namespace isopach

@@ -45,6 +45,9 @@ struct MapOptions {
   std::string palette = "blue-red";  ///< see palettes(); diverging, centred on 0
   bool flip = false;                 ///< swap the two ends
   int width = 1600;                  ///< pixels
+  /// Of the surface that people turn in the page, see report/view/view.hpp; 0: none; default: what a page of 5 MB has
+  /// room for.
+  std::optional<std::size_t> vertices = {};
   MapWords words;
   std::vector<MapLine> lines;
 };

@@ -34,9 +34,9 @@ struct ReportPicture {
   std::string path, caption;
 };
 
-/// report.html: every number is read from `json`, the text of roughness_json.
+/// report.html: every number is read from `json`, the text of roughness_json. `look`: of the view, as of the maps.
 void write_roughness_html(const std::string& path, const Roughness& r, const std::vector<ReportPicture>& pictures,
-                          const std::string& json, const Context& context);
+                          const std::string& json, const MapOptions& look, const Context& context);
 
 /// "plane removed, waviness longer than 8 mm removed", for people.
 [[nodiscard]] std::string removed_text(const Roughness& r, Typography typography);

@@ -5,6 +5,7 @@
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/roughness.hpp"
+#include "isopach/report/view/view.hpp"
 
 namespace isopach {
 namespace {
@@ -44,12 +45,26 @@ class Page : public HtmlPage {
  public:
   Page(const Roughness& r, const std::string& json) : HtmlPage(json), r_(r), unit_(escaped(unit_text(r.unit))) {}
 
-  [[nodiscard]] std::string write(const std::vector<ReportPicture>& pictures) {
+  std::string write_with_view(const std::vector<ReportPicture>& pictures, const MapOptions& look,
+                              const Context& context) {
+    write(pictures);
+    const Comparison before = drawn(r_, r_.scan, r_.scan.relief);
+    const Comparison after = r_.after ? drawn(r_, *r_.after, r_.after->relief) : Comparison();
+    std::vector<ViewScene> scenes{{r_.after ? "before" : "", &before}};
+    if (r_.after) scenes.push_back({"after", &after});
+    const ViewWords words{"mean surface", "scan", "peak", "valley", true, ""};
+    add_view(view_of(scenes, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
+    return out_;
+  }
+
+ private:
+  std::string write(const std::vector<ReportPicture>& pictures) {
     const std::string title = "Roughness of " + input_name(r_.scan.input) +
                               (r_.after ? " and " + input_name(r_.after->input) : std::string());
     open_page(title);
     head(title);
     warnings();
+    out_ += view_place;
     for (const ReportPicture& p : pictures) picture(p.path, p.caption, escaped(p.caption));
     numbers();
     wrinkles();
@@ -59,7 +74,6 @@ class Page : public HtmlPage {
     return out_;
   }
 
- private:
   [[nodiscard]] std::string length(const std::string& key) const { return plain(key) + "\u00a0" + unit_; }
 
   void head(const std::string& title) {
@@ -185,9 +199,9 @@ void write_wrinkle_map(const std::string& path, const Roughness& r, const Textur
 }
 
 void write_roughness_html(const std::string& path, const Roughness& r, const std::vector<ReportPicture>& pictures,
-                          const std::string& json, const Context& context) {
+                          const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_text_atomically(path, Page(r, json).write(pictures));
+  write_text_atomically(path, Page(r, json).write_with_view(pictures, look, context));
 }
 
 }  // namespace isopach

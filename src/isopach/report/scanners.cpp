@@ -9,6 +9,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/verdict_values.hpp"
 #include "isopach/report/page/words.hpp"
+#include "isopach/report/view/view.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -69,7 +70,14 @@ class Page : public HtmlPage {
         title_(look.title.empty() ? "Scanners of " + input_name(s.reference) : clean_utf8(look.title)),
         unit_(unit_text(s.unit)) {}
 
-  [[nodiscard]] std::string write(const std::string& map_png) {
+  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look, const Context& context) {
+    write(map_png);
+    add_view(view_of({{"", &s_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
+    return out_;
+  }
+
+ private:
+  std::string write(const std::string& map_png) {
     open_page(title_);
     out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">" + escaped(words_of(s_)) +
             "; A has a noise of " + brief("scanners.0.noise") + "\u00a0" + unit_ + ", B of " +
@@ -82,6 +90,7 @@ class Page : public HtmlPage {
     card(datum("between.bias", signed_number(value("between.bias"), fine, 3)), unit_, "bias of B against A");
     out_ += "</div>\n";
     warnings();
+    out_ += view_place;
     if (!map_png.empty()) picture(map_png, "Map of B less A");
     each();
     detail();
@@ -89,7 +98,6 @@ class Page : public HtmlPage {
     return out_;
   }
 
- private:
   [[nodiscard]] std::string brief(const std::string& key) const { return datum(key, number(value(key), fine, 3)); }
 
   void each() {
@@ -210,7 +218,7 @@ void write_scanners_map(const std::string& path, const Scanners& s, const MapOpt
 void write_scanners_html(const std::string& path, const Scanners& s, const std::string& map_png,
                          const std::string& json, const MapOptions& look, const Context& context) {
   context.check();
-  write_text_atomically(path, Page(s, json, look).write(map_png));
+  write_text_atomically(path, Page(s, json, look).write(map_png, {}, look, context));
 }
 
 }  // namespace isopach

@@ -7,6 +7,7 @@
 #include <iterator>
 
 #include "isopach/base/error.hpp"
+#include "isopach/report/page/base64.hpp"
 #include "isopach/report/page/words.hpp"
 
 namespace isopach {
@@ -67,20 +68,6 @@ body{font-size:11pt}main{padding:0;max-width:none}details{display:none}figure,tr
 h2{break-after:avoid}@page{margin:16mm}}
 )css";
 
-std::string base64(const std::string& bytes) {
-  static constexpr std::string_view digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  out.reserve((bytes.size() + 2) / 3 * 4);
-  for (std::size_t i = 0; i < bytes.size(); i += 3) {
-    const auto byte = [&](std::size_t k) {
-      return i + k < bytes.size() ? static_cast<std::uint32_t>(static_cast<unsigned char>(bytes[i + k])) : 0u;
-    };
-    const std::uint32_t three = byte(0) << 16 | byte(1) << 8 | byte(2);
-    for (std::size_t k = 0; k < 4; ++k) out += i + k <= bytes.size() ? digits[three >> (18 - 6 * k) & 63] : '=';
-  }
-  return out;
-}
-
 std::string read_bytes(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   if (!in) throw InputError(path + ": the picture cannot be read; write it before the report");
@@ -135,6 +122,20 @@ void HtmlPage::open_page(const std::string& title) {
       "<meta http-equiv=\"Content-Security-Policy\" content=\"default-src 'none'; img-src data:; style-src "
       "'unsafe-inline'\">\n<title>" +
       escaped(title) + "</title>\n<style>" + style + "</style>\n</head>\n<body>\n<main>\n";
+}
+
+std::size_t HtmlPage::bytes_but_times() const {
+  Json shown = json_;
+  shown.erase("timing_s");
+  constexpr std::size_t of_every_page = 100'000, copies = 5;  // its numbers stand in tables, too
+  return of_every_page + picture_bytes_ + copies * shown.dump(2).size();
+}
+
+void HtmlPage::add_view(const std::string& view, const std::string& policy) {
+  if (view.empty()) return;
+  constexpr std::string_view styles = "style-src 'unsafe-inline'", end = "</body>\n</html>\n";
+  out_.insert(out_.find(styles) + styles.size(), "; " + policy);
+  out_.insert(out_.size() - end.size(), view);
 }
 
 void HtmlPage::close_page() { out_ += "</main>\n</body>\n</html>\n"; }
@@ -217,7 +218,9 @@ void HtmlPage::raw() {
 }
 
 void HtmlPage::picture(const std::string& png, const std::string& alt, const std::string& caption) {
-  out_ += "<figure><img alt=\"" + escaped(alt) + "\" src=\"data:image/png;base64," + base64(read_bytes(png)) + "\">\n" +
+  const std::string image = base64(read_bytes(png));
+  picture_bytes_ += image.size();
+  out_ += "<figure><img alt=\"" + escaped(alt) + "\" src=\"data:image/png;base64," + image + "\">\n" +
           (caption.empty() ? "" : "<figcaption>" + caption + "</figcaption>\n") + "</figure>\n";
 }
 

@@ -2,6 +2,7 @@
 // Every number is taken from the text of result.json, shown rounded, with the exact value as its title and its key as
 // data-key. Internal to report/: the header needs nlohmann-json.
 #pragma once
+#include <cstddef>
 #include <string>
 #include <string_view>
 
@@ -51,6 +52,11 @@ class HtmlPage {
   void warnings();
   /// A PNG that is written already, carried in the page. Errors: InputError where it cannot be read.
   void picture(const std::string& png, const std::string& alt, const std::string& caption = "");
+  /// About the size of the page without a view, and not less: a function of what it shows, but for its times, so that
+  /// two runs get the same view.
+  [[nodiscard]] std::size_t bytes_but_times() const;
+  /// Adds what view_of gave, for view_place; nothing where it is empty. After close_page().
+  void add_view(const std::string& view, const std::string& policy);
   /// result.json itself, and the foot of the page.
   void raw();
 
@@ -59,6 +65,7 @@ class HtmlPage {
   std::string out_;
 
  private:
+  std::size_t picture_bytes_ = 0;
   void settings();
   void timing();
 };
