@@ -68,7 +68,7 @@ void write_scan(const CloudView& cloud, const PointFields& fields, const std::st
                 const Context& context) {
   write_points(folder.path(name + ".ply"), cloud, fields, context);
   if (!is_las_file(cloud)) return;
-  write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
+  write_las_with_fields(cloud, folder.path(name + "." + cloud.format), attributes_of(fields), context);
 }
 
 /// difference.ply shows the cells that were measured; with --surface both the overlay's stand beside those of T.
