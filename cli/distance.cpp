@@ -148,7 +148,7 @@ void write_scan(const CloudView& cloud, const std::vector<Attribute>& fields, co
                 const std::string& format, OutputFolder& folder, const Context& context) {
   if (fields.empty()) return;
   const bool copies = is_las_file(cloud);
-  if (copies) write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), fields, context);
+  if (copies) write_las_with_fields(cloud, folder.path(name + "." + cloud.format), fields, context);
   if (!copies || format != "las") write_distance_points(folder.path(name + "." + format), cloud, fields, context);
 }
 

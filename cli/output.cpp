@@ -126,7 +126,7 @@ void write_scan(const CloudView& cloud, const PointFields& fields, const std::st
                 const Context& context) {
   write_points(folder.path(name + ".ply"), cloud, fields, context);
   if (!is_las_file(cloud)) return;
-  write_las_with_fields(cloud.path, folder.path(name + "." + cloud.format), attributes_of(fields), context);
+  write_las_with_fields(cloud, folder.path(name + "." + cloud.format), attributes_of(fields), context);
 }
 
 const std::string& crs_of(const Comparison& c) { return c.a.crs.empty() ? c.b.crs : c.a.crs; }

@@ -14,6 +14,7 @@
 #include "bindings.hpp"
 #include "cli/command.hpp"
 #include "cli/verbs.hpp"
+#include "isopach/base/kept_memory.hpp"
 #include "isopach/io/polygons.hpp"
 #include "isopach/version.hpp"
 
@@ -117,6 +118,7 @@ void bind_verbs(nb::module_& module) {
                               const std::vector<std::pair<std::string, Rings>>& polygons) {
         g.polygons[word] = {name, crs, polygons};
       });
+  nb::class_<KeptMemory>(module, "KeptMemory").def(nb::init<>());
   module.def("run", &run_verb, nb::arg("verb"), nb::arg("words"), nb::arg("given"), nb::arg("progress").none(),
              nb::arg("warn").none());
   module.def("options", &options_of);

@@ -10,6 +10,7 @@ The functions are the verbs of the command line, their keywords its options with
 results the keys of its JSON: the same scans give the same bits from both. The sign is always d = B − A.
 """
 
+from ._comparer import Comparer
 from ._core import version as __version__
 from ._errors import ConvergenceError, Error, InputError, OverlapError, ScanWarning, ToleranceError, UsageError
 from ._record import Record
@@ -20,7 +21,7 @@ from ._verbs import (ScanLike, accuracy, asymmetry, combine, compare, convert, d
                      sequence, simulate)
 
 __all__ = [
-    "Accuracy", "Asymmetry", "Cells", "Combination", "Comparison", "ConvergenceError", "Distances", "Error", "Fields",
+    "Accuracy", "Asymmetry", "Cells", "Combination", "Comparer", "Comparison", "ConvergenceError", "Distances", "Error", "Fields",
     "Info", "InputError", "Matching", "OverlapError", "Profile", "Record", "Result", "Roughness", "Scan", "ScanLike", "ScanWarning",
     "Scanners", "Scene", "Sequence", "ToleranceError", "UsageError", "__version__", "accuracy", "asymmetry", "combine",
     "compare", "convert", "distance", "info", "match", "read", "roughness", "scan", "scanners", "sequence", "simulate",

@@ -335,7 +335,7 @@ TEST_F(LasTest, FieldsAreAddedAndThePointsStayTheSame) {
     }
     for (const char* target : {"out.las", "out.laz"}) {
       SCOPED_TRACE(target);
-      write_las_with_fields(source.string(), file(target), fields, {});
+      write_las_with_fields(before, file(target), fields, {});
       Cloud after = read(file(target));
       EXPECT_EQ(after.format, std::string(target).substr(4));
       ASSERT_EQ(after.attributes.size(), before.attributes.size() + 2);
@@ -358,19 +358,38 @@ TEST_F(LasTest, FieldsAreAddedAndThePointsStayTheSame) {
 TEST_F(LasTest, FieldsMustFitTheSource) {
   write_las(file("a.las"), known_cloud(), {});
   const std::vector<Attribute> few = {{"dz", {1, 2, 3}}};
-  EXPECT_THROW(write_las_with_fields(file("a.las"), file("b.las"), few, {}), InputError);
+  EXPECT_THROW(write_las_with_fields(read(file("a.las")), file("b.las"), few, {}), InputError);
   std::vector<Attribute> long_name = {{std::string(33, 'x'), {}}};
   long_name[0].values.resize(500, 0);
-  EXPECT_THROW(write_las_with_fields(file("a.las"), file("b.las"), long_name, {}), UsageError);
+  EXPECT_THROW(write_las_with_fields(read(file("a.las")), file("b.las"), long_name, {}), UsageError);
   EXPECT_FALSE(fs::exists(file("b.las")));
   // Twice the same name: the second is told apart.
   std::vector<Attribute> dz = {{"dz", {}}};
   dz[0].values.resize(500, 1);
-  write_las_with_fields(file("a.las"), file("b.las"), dz, {});
+  write_las_with_fields(read(file("a.las")), file("b.las"), dz, {});
   dz[0].values.assign(500, 2);
-  write_las_with_fields(file("b.las"), file("b.las"), dz, {});
+  write_las_with_fields(read(file("b.las")), file("b.las"), dz, {});
   EXPECT_EQ(read(file("b.las")).find_attribute("dz")->values[0], 1);
   EXPECT_EQ(read(file("b.las")).find_attribute("dz_2")->values[0], 2);
+}
+
+// A run takes minutes; what another program wrote meanwhile under the same name must not get the values of other
+// points.
+TEST_F(LasTest, FieldsDoNotGoToPointsOfAnotherFile) {
+  Cloud cloud = known_cloud();
+  write_las(file("a.las"), cloud, {});
+  const Cloud before = read(file("a.las"));
+  std::swap(cloud.points[3], cloud.points[4]);
+  write_las(file("a.las"), cloud, {});
+  std::vector<Attribute> dz = {{"dz", {}}};
+  dz[0].values.resize(500, 1);
+  EXPECT_THROW(write_las_with_fields(before, file("b.las"), dz, {}), InputError);
+  cloud.points.pop_back();
+  cloud.attributes.clear();
+  write_las(file("a.las"), cloud, {});
+  EXPECT_THROW(write_las_with_fields(before, file("b.las"), dz, {}), InputError);
+  EXPECT_FALSE(fs::exists(file("b.las")));
+  EXPECT_NO_THROW(write_las_with_fields(read(file("a.las")), file("b.las"), {}, {}));
 }
 
 TEST_F(LasTest, WithheldPointsAreKeptAndCounted) {

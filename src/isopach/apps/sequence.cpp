@@ -9,6 +9,7 @@
 
 #include "isopach/apps/part_finder.hpp"
 #include "isopach/apps/static_check.hpp"
+#include "isopach/base/kept_memory.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/distance/vectors.hpp"
@@ -394,6 +395,7 @@ class Sequence {
 }  // namespace
 
 SequenceResult sequence(const FrameSource& frames, const SequenceOptions& options, const Context& context) {
+  const KeptMemory kept;  // of one frame for the next
   SequenceResult result;
   run_with_threads(context, [&] { result = Sequence(frames, options, context).run(); });
   return result;

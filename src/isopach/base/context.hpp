@@ -1,5 +1,5 @@
 // What a run carries besides its data: number of threads, seed, progress, cancellation. Passed by const reference;
-// there are no mutable globals.
+// there are no mutable globals but the memory that waits for the next array (base/kept_memory.hpp).
 #pragma once
 #include <atomic>
 #include <cstdint>

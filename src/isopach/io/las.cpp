@@ -433,24 +433,38 @@ void write_las(const std::string& path, const Cloud& cloud, const Context& conte
   write_frame(path, frame, fill, context);
 }
 
-void write_las_with_fields(const std::string& source, const std::string& target, std::span<const Attribute> fields,
+void write_las_with_fields(const CloudView& cloud, const std::string& target, std::span<const Attribute> fields,
                            const Context& context) {
+  const std::string& source = cloud.path;
   InputFile input(source, context);
   const LasFile file = parse_las(input.bytes(), source);
+  const auto check_changed = [&](bool changed) {
+    if (changed)
+      throw InputError(fmt::format("{}: was changed since it was read: start again when it is whole", source));
+  };
+  check_changed(cloud.points.size() != file.count);
   for (const Attribute& field : fields)
     if (field.values.size() != file.count)
       throw InputError(fmt::format("{}: it holds {} points, the field {} has {} values: give one value for each point",
                                    source, file.count, field.name, field.values.size()));
   const Frame frame = copied_frame(file, fields, target);
+  const std::array<LasColumn, 3> xyz = las_coordinates(file);
   RecordSource records(source, file);
   const Fill fill = [&](std::size_t first, std::size_t count, char* block) {
     const char* const old = records.next(count);
-    for_each_index(count, [&](std::size_t i) {
-      char* const record = block + i * frame.record_length;
-      std::memcpy(record, old + i * file.record_length, file.record_length);
-      for (std::size_t k = 0; k < fields.size(); ++k)
-        put_le(record + file.record_length + 8 * k, fields[k].values[first + i]);
-    });
+    const auto copy = [&](std::size_t begin, std::size_t end) {
+      bool changed = false;
+      for (std::size_t i = begin; i < end; ++i) {
+        const char* const from = old + i * file.record_length;
+        char* const record = block + i * frame.record_length;
+        changed |= cloud.points[first + i] != Point3{xyz[0].load(from), xyz[1].load(from), xyz[2].load(from)};
+        std::memcpy(record, from, file.record_length);
+        for (std::size_t k = 0; k < fields.size(); ++k)
+          put_le(record + file.record_length + 8 * k, fields[k].values[first + i]);
+      }
+      return changed;
+    };
+    check_changed(reduce_blocks<int>(count, default_block, copy, [](int& all, int part) { all |= part; }) != 0);
   };
   write_frame(target, frame, fill, context);
 }

@@ -7,15 +7,16 @@
 #include <string>
 
 #include "isopach/base/context.hpp"
-#include "isopach/cloud/cloud.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 
 namespace isopach {
 
 void write_cloud(const std::string& path, const Cloud& cloud, const Context& context);
 
-/// Copies the LAS/LAZ file `source` to `target` and adds one extra-bytes field (double) per attribute; each attribute
-/// has one value per point of `source`, in file order.
-void write_las_with_fields(const std::string& source, const std::string& target, std::span<const Attribute> fields,
+/// Copies the LAS/LAZ file that `cloud` was read from (is_las_file) to `target` and adds one extra-bytes field (double)
+/// per attribute; each attribute has one value per point, in file order. Throws InputError if the points of the file
+/// are no longer those of `cloud`: the values would go to others.
+void write_las_with_fields(const CloudView& cloud, const std::string& target, std::span<const Attribute> fields,
                            const Context& context);
 
 /// Calls `write(temporary)` with a path beside `target`, puts that file on the disk and renames it to `target`; removes

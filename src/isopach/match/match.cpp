@@ -7,6 +7,7 @@
 #include <cmath>
 #include <optional>
 
+#include "isopach/base/kept_memory.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
@@ -339,6 +340,7 @@ void require_trust(const Matching& m, const std::string& option) {
 }
 
 Matching match(const CloudView& moving, const CloudView& fixed, const MatchOptions& options, const Context& context) {
+  const KeptMemory kept;  // of one comparison for the next
   Matching result;
   run_with_threads(context, [&] {
     check_options(options);

@@ -1,0 +1,58 @@
+#include "isopach/compare/comparer.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/resource.h>
+
+#include <cmath>
+
+#include "tests/support/random.hpp"
+
+namespace isopach {
+namespace {
+
+Cloud waves(std::uint64_t seed, std::size_t points) {
+  test::Random random(seed);
+  Cloud cloud;
+  for (std::size_t i = 0; i < points; ++i) {
+    const double x = random.uniform(0, 100), y = random.uniform(0, 100);
+    cloud.points.push_back({x, y, std::sin(x / 9) + 0.1 * random.uniform(0, 1)});
+  }
+  return cloud;
+}
+
+std::int64_t faults() {
+  rusage used{};
+  getrusage(RUSAGE_SELF, &used);
+  return used.ru_minflt;
+}
+
+TEST(Comparer, GivesTheBitsOfCompareAndTouchesNoNewPages) {
+  const Cloud a = waves(1, 100000), b = waves(2, 100000);
+  const Comparison once = compare(a, b, {}, {});
+  const Comparer comparer;
+  (void)comparer.compare(a, b);
+  const std::int64_t before = faults();
+  const Comparison again = comparer.compare(a, b);
+  const std::int64_t taken = faults() - before;
+  EXPECT_EQ(again.volume.net, once.volume.net);
+  EXPECT_EQ(again.volume.absolute, once.volume.absolute);
+  EXPECT_EQ(again.measure.rho, once.measure.rho);
+  if (memory_is_kept) {
+    EXPECT_LT(taken, 2000);  // 8 MB; a first call touches ten times as much
+  }
+}
+
+TEST(Comparer, ResultsOutliveIt) {
+  const Cloud a = waves(1, 20000), b = waves(2, 20000);
+  Comparison result;
+  {
+    const Comparer comparer;
+    result = comparer.compare(a, b);
+  }
+  const Comparison once = compare(a, b, {}, {});
+  ASSERT_EQ(result.cells.triangles.size(), once.cells.triangles.size());
+  EXPECT_TRUE(std::equal(result.cells.triangles.begin(), result.cells.triangles.end(), once.cells.triangles.begin()));
+}
+
+}  // namespace
+}  // namespace isopach
