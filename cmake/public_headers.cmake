@@ -2,7 +2,7 @@ cmake_policy(VERSION 3.24)  # as CMakeLists.txt; scripts of installation begin w
 # What programs include, by part of the library; src/isopach/isopach.hpp includes all of it. These are installed with what
 # they include themselves; the other headers are the library's own (scripts/checks/public_headers.py).
 set(isopach_public_core
-  base/option_key.hpp compare/compare.hpp compare/comparer.hpp compare/check.hpp match/match.hpp distance/distance.hpp
+  base/option_key.hpp compare/compare.hpp compare/check.hpp match/match.hpp distance/distance.hpp
   delaunay/triangulate.hpp delaunay/validate.hpp measure/source.hpp measure/volume/budget.hpp simulate/scene.hpp
   apps/accuracy.hpp apps/asymmetry.hpp apps/combine.hpp apps/roughness.hpp apps/scanners.hpp apps/sequence.hpp)
 set(isopach_public_io

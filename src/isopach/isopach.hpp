@@ -10,7 +10,6 @@
 #include "isopach/base/option_key.hpp"
 #include "isopach/compare/check.hpp"
 #include "isopach/compare/compare.hpp"
-#include "isopach/compare/comparer.hpp"
 #include "isopach/delaunay/triangulate.hpp"
 #include "isopach/delaunay/validate.hpp"
 #include "isopach/distance/distance.hpp"

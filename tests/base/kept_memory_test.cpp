@@ -35,7 +35,10 @@ TEST(KeptMemory, TheNextArrayOfTheSizeGetsIt) {
 TEST(KeptMemory, IsGivenBackByTheLastOfThem) {
   {
     const KeptMemory outer;
-    { const KeptMemory inner; { Array<double> array(1000000); } }
+    {
+      const KeptMemory inner;
+      { Array<double> array(1000000); }
+    }
     EXPECT_EQ(kept_bytes() > 0, memory_is_kept);
   }
   EXPECT_EQ(kept_bytes(), 0u);

@@ -1,4 +1,4 @@
-#include "isopach/compare/comparer.hpp"
+#include "isopach/compare/compare.hpp"
 
 #include <gtest/gtest.h>
 #include <sys/resource.h>

@@ -24,9 +24,9 @@ Comparison hill(std::size_t points, const CompareOptions& options = {}) {
     for (std::size_t i = 0; i < points; ++i) {
       const double x = 100 * uniform(), y = 100 * uniform();
       const double r2 = (x - 60) * (x - 60) + (y - 40) * (y - 40);
-      cloud.points.push_back({512300 + x, 5405100 + y,
-                              300 + 5 * std::sin(x / 15) * std::cos(y / 20) + mound * std::exp(-r2 / 80) +
-                                  0.02 * (uniform() - 0.5)});
+      cloud.points.push_back(
+          {512300 + x, 5405100 + y,
+           300 + 5 * std::sin(x / 15) * std::cos(y / 20) + mound * std::exp(-r2 / 80) + 0.02 * (uniform() - 0.5)});
     }
     return cloud;
   };

@@ -7,8 +7,9 @@ namespace isopach {
 
 /// While one lives, memory of arrays (base/array.hpp) from kept_from bytes on is kept when they end, and handed to the
 /// next array of about the same size, in any thread; the end of the last one gives it back to the system. What is kept
-/// and in use together never exceeds what was in use at once before: a run that keeps has the peak of one that does not.
-/// Results are the same bits. Cost: a look at 16 words an array. Test: KeptMemory.* in tests/base/kept_memory_test.cpp.
+/// and in use together never exceeds what was in use at once before: a run that keeps has the peak of one that does
+/// not. Results are the same bits. Cost: a look at 16 words an array. Test: KeptMemory.* in
+/// tests/base/kept_memory_test.cpp.
 class KeptMemory {
  public:
   KeptMemory();

@@ -114,7 +114,8 @@ class Page : public HtmlPage {
         unit_(unit_text(a.unit)),
         height_(unit_text(height_unit(a.comparison))) {}
 
-  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look, const Context& context) {
+  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look,
+                    const Context& context) {
     write(map_png);
     add_view(view_of({{"", &a_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
     return out_;

@@ -215,7 +215,8 @@ class Page : public HtmlPage {
         plus_(named(positive_side(a), a)),
         minus_(named(negative_side(a), a)) {}
 
-  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look, const Context& context) {
+  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look,
+                    const Context& context) {
     write(map_png);
     add_view(view_of({{"", &a_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
     return out_;

@@ -70,7 +70,8 @@ class Page : public HtmlPage {
         title_(look.title.empty() ? "Scanners of " + input_name(s.reference) : clean_utf8(look.title)),
         unit_(unit_text(s.unit)) {}
 
-  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look, const Context& context) {
+  std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look,
+                    const Context& context) {
     write(map_png);
     add_view(view_of({{"", &s_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
     return out_;

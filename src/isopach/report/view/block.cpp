@@ -12,9 +12,7 @@ namespace isopach {
 namespace {
 
 /// 0, −1, 1, −2, … as 0, 1, 2, 3, …
-std::uint32_t folded(std::int64_t v) {
-  return static_cast<std::uint32_t>(v < 0 ? -2 * v - 1 : 2 * v);
-}
+std::uint32_t folded(std::int64_t v) { return static_cast<std::uint32_t>(v < 0 ? -2 * v - 1 : 2 * v); }
 
 void add_planes(std::string& out, const std::vector<std::uint32_t>& numbers) {
   for (int plane = 0; plane < 4; ++plane)
@@ -43,8 +41,8 @@ void add_triangles(std::string& out, const ThinSurface& s) {
 std::string deflated(const std::string& bytes) {
   uLongf size = compressBound(static_cast<uLong>(bytes.size()));
   std::string out(size, '\0');
-  const int status = compress2(reinterpret_cast<Bytef*>(out.data()), &size, reinterpret_cast<const Bytef*>(bytes.data()),
-                               static_cast<uLong>(bytes.size()), 6);
+  const int status = compress2(reinterpret_cast<Bytef*>(out.data()), &size,
+                               reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size()), 6);
   if (status != Z_OK) throw Error(ExitCode::internal, "the surface of the report cannot be compressed");
   out.resize(size);
   return out;

@@ -6,8 +6,8 @@
 
 namespace isopach {
 
-/// The numbers of a surface: x, y, z, d and, if there are any, lod, each as differences along the nodes, then corners of
-/// triangles as differences of nodes; signs in the lowest bit; byte planes, the lowest first; zlib; base64.
+/// The numbers of a surface: x, y, z, d and, if there are any, lod, each as differences along the nodes, then corners
+/// of triangles as differences of nodes; signs in the lowest bit; byte planes, the lowest first; zlib; base64.
 [[nodiscard]] std::string view_block(const ThinSurface& surface);
 
 }  // namespace isopach

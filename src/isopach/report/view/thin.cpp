@@ -165,13 +165,16 @@ class Interpolated {
  private:
   [[nodiscard]] Index triangle_at(const Location& where) const {
     switch (where.kind) {
-      case Location::Kind::triangle: return where.id;
-      case Location::Kind::edge: return triangle_of(where.id);
+      case Location::Kind::triangle:
+        return where.id;
+      case Location::Kind::edge:
+        return triangle_of(where.id);
       case Location::Kind::outside: {
         const Index inside = triangle_of(t_.twin(where.id));
         return t_.is_ghost(inside) ? no_index : inside;
       }
-      default: return no_index;
+      default:
+        return no_index;
     }
   }
   std::span<const Sample> samples_;
@@ -234,9 +237,8 @@ class Thinning {
       for (const Index i : pair)
         if (i != no_index && count_ + 4 < most_) take(i);
     const auto ends = [&](double Point2::*axis) {
-      const auto [low, high] = std::minmax_element(places_.begin(), places_.end(), [&](const Point2& a, const Point2& b) {
-        return a.*axis < b.*axis;
-      });
+      const auto [low, high] = std::minmax_element(places_.begin(), places_.end(),
+                                                   [&](const Point2& a, const Point2& b) { return a.*axis < b.*axis; });
       take(static_cast<std::size_t>(low - places_.begin())), take(static_cast<std::size_t>(high - places_.begin()));
     };
     ends(&Point2::x), ends(&Point2::y);
@@ -387,8 +389,7 @@ ThinSurface whole_surface(const Samples& all, const Box2& box, bool has_level) {
   s.triangles.assign(all.cells.begin(), all.cells.end());
   s.is_whole = true;
   Errors errors;
-  for (std::size_t i = 0; i < all.at.size(); ++i)
-    errors.add(s.d.at(i) - all.at[i].d, s.z.at(i) - all.at[i].z);
+  for (std::size_t i = 0; i < all.at.size(); ++i) errors.add(s.d.at(i) - all.at[i].d, s.z.at(i) - all.at[i].z);
   set_errors(s, errors);
   return s;
 }

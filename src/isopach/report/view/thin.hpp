@@ -20,8 +20,8 @@ struct Quantised {
 /// A surface of the comparison's own nodes and of corners of its clipped cells, with both heights at them. Values are
 /// quantised: what the errors are of is what a reader of the numbers gets.
 struct ThinSurface {
-  Quantised x, y, z, d;  ///< frame coordinates; z: of A; d = B − A
-  Quantised lod;         ///< level of detection; no numbers where there is none
+  Quantised x, y, z, d;                   ///< frame coordinates; z: of A; d = B − A
+  Quantised lod;                          ///< level of detection; no numbers where there is none
   Array<std::array<Index, 3>> triangles;  ///< counter-clockwise, in the order of their least nodes
   std::size_t nodes_of_cells = 0;         ///< what it was made from
   bool is_whole = false;                  ///< all of these nodes and the cells themselves: nothing is left out

@@ -25,14 +25,10 @@ using values::real;
 
 Json numbers_json(const Quantised& q) { return {{"low", real(q.low)}, {"step", real(q.step)}}; }
 
-Json frame_json(const Frame& f) {
-  return {{"origin", values::point(f.origin)}, {"rotation", Json(f.rotation)}};
-}
+Json frame_json(const Frame& f) { return {{"origin", values::point(f.origin)}, {"rotation", Json(f.rotation)}}; }
 
 /// Text of files may hold anything; in JSON and in names it is valid UTF-8.
-Json input_json(const InputSummary& in) {
-  return {{"name", input_name(in)}, {"path", clean_utf8(in.path)}};
-}
+Json input_json(const InputSummary& in) { return {{"name", input_name(in)}, {"path", clean_utf8(in.path)}}; }
 
 /// Box of a polygon, frame coordinates; only where the frame is that of the input but for its origin.
 Json place_of(const BudgetRow& row, const Comparison& c) {
@@ -63,16 +59,11 @@ Json budget_json(const Comparison& c) {
 
 Json scene_json(const ViewScene& scene, const ThinSurface& s) {
   const Comparison& c = *scene.comparison;
-  Json out{{"label", scene.label},
-           {"frame", frame_json(c.frame)},
-           {"nodes", s.nodes()},
-           {"triangles", s.triangles.size()},
-           {"of", s.nodes_of_cells},
-           {"whole", s.is_whole},
-           {"x", numbers_json(s.x)},
-           {"y", numbers_json(s.y)},
-           {"z", numbers_json(s.z)},
-           {"d", numbers_json(s.d)}};
+  Json out{{"label", scene.label},   {"frame", frame_json(c.frame)},
+           {"nodes", s.nodes()},     {"triangles", s.triangles.size()},
+           {"of", s.nodes_of_cells}, {"whole", s.is_whole},
+           {"x", numbers_json(s.x)}, {"y", numbers_json(s.y)},
+           {"z", numbers_json(s.z)}, {"d", numbers_json(s.d)}};
   out["lod"] = s.lod.numbers.empty() ? Json(nullptr) : numbers_json(s.lod);
   out["error"] = {{"d", real(s.d_error)}, {"rms", real(s.d_rms)}, {"z", real(s.z_error)}};
   out["thinned"] = {{"area", real(s.area)}, {"above", real(s.above)}, {"below", real(s.below)}};
@@ -83,9 +74,7 @@ Json scene_json(const ViewScene& scene, const ThinSurface& s) {
   return out;
 }
 
-bool is_vertical(const Comparison& c) {
-  return c.options.project.direction.kind == Direction::Kind::axis_z;
-}
+bool is_vertical(const Comparison& c) { return c.options.project.direction.kind == Direction::Kind::axis_z; }
 
 Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, const MapOptions& look) {
   const Comparison& c = *scenes.front().comparison;
@@ -149,7 +138,8 @@ std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words
   // A surface that compresses badly gets fewer vertices; one that has no room at all some thousand, to show its shape.
   for (int tries = 0; tries < 3 && !limits.vertices && data.size() > room && vertices > least_view_vertices; ++tries) {
     const double share = 0.95 * static_cast<double>(room) / static_cast<double>(data.size());
-    vertices = std::max<std::size_t>(least_view_vertices, static_cast<std::size_t>(share * static_cast<double>(vertices)));
+    vertices =
+        std::max<std::size_t>(least_view_vertices, static_cast<std::size_t>(share * static_cast<double>(vertices)));
     data = data_of(scenes, head, vertices, context);
   }
   return data.empty() ? "" : data + script;

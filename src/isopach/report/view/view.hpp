@@ -1,5 +1,5 @@
-// The view of a page: a surface that people turn, read and cut, carried in the page with the script that shows it. Where
-// scripts or WebGL are missing the page stays as it is without.
+// The view of a page: a surface that people turn, read and cut, carried in the page with the script that shows it.
+// Where scripts or WebGL are missing the page stays as it is without.
 #pragma once
 #include <cstddef>
 #include <optional>
@@ -19,10 +19,10 @@ struct ViewScene {
 };
 
 struct ViewWords {
-  std::string a = "A", b = "B";            ///< names of the two surfaces, in buttons
+  std::string a = "A", b = "B";  ///< names of the two surfaces, in buttons
   std::string above = "B above A", below = "B below A";
-  bool places = true;                      ///< whether coordinates of the frame lead back to those of the input
-  std::string command;                     ///< of exact volumes in a polygon; empty: there is none
+  bool places = true;   ///< whether coordinates of the frame lead back to those of the input
+  std::string command;  ///< of exact volumes in a polygon; empty: there is none
 };
 
 /// How large it may become.
@@ -30,7 +30,7 @@ struct ViewLimits {
   std::optional<std::size_t> vertices;  ///< of all scenes together, 0: no view; default: what page_budget has room for
   std::size_t page_bytes = 0;           ///< of the page without it, the same in every run
 };
-inline constexpr std::size_t page_budget = 5'000'000;             ///< bytes
+inline constexpr std::size_t page_budget = 5'000'000;          ///< bytes
 inline constexpr std::size_t default_view_vertices = 200'000;  ///< at most, where none are asked for
 
 /// What stands where the view is to appear.
