@@ -18,8 +18,16 @@ from ._errors import Error, UsageError
 from ._progress import listener
 from ._record import Record
 from ._run import plain_word
-from ._scan import Scan, _guarded, _read_only
+from ._scan import Scan, _guarded, _numbers, _read_only
 from ._spell import spell, spell_lines
+
+
+def _line(places: Any) -> str:
+    """A line of places, (n, 2), as the command line says it."""
+    array = _numbers(places, "its values", "profile")
+    if array.ndim != 2 or array.shape[1] != 2 or len(array) < 2:
+        raise UsageError(f"profile: an array of shape {array.shape}: needed are two places or more, (n, 2)")
+    return ";".join(f"{float(x)!r},{float(y)!r}" for x, y in array)
 
 
 def needed(module: str, extra: str) -> Any:
@@ -104,9 +112,10 @@ class Result(Record):
     def save(self, folder: str | os.PathLike[str], *, progress: Any = None, **options: Any) -> pathlib.Path:
         """Writes what the command line writes with --output: JSON, report, map, point clouds with their fields.
 
-        `options` are those of the heading "Output" of ``isopach <verb> --help``: palette, title, map_width,
-        report_vertices, no_map, no_cells, no_points, format, as far as the verb has them. All files appear together, or none. Returns the
-        folder.
+        `options` are those of the headings "Output" and "Layers" of ``isopach <verb> --help``: palette, title,
+        map_width, report_vertices, no_map, no_cells, no_points, format, raster, contours, profile (a file, text, or an
+        (n, 2) array), outlines, vectors, vtu, as far as the verb has them. All files appear together, or none. Returns
+        the folder.
         """
         if self._found is None:
             raise UsageError(f"this {type(self).__name__} comes from a pickle, which holds numbers and arrays alone: call "
@@ -118,6 +127,8 @@ class Result(Record):
                 raise TypeError(f"save() got an unexpected keyword argument {keyword!r}: it takes {', '.join(known)}")
             if value is None or value is False:
                 continue
+            if keyword == "profile" and not isinstance(value, (str, os.PathLike)):
+                value = _line(value)
             option = "--" + known[keyword]
             words.append(os.fsencode(option if value is True else f"{option}={plain_word(value, keyword)}"))
         with listener(progress) as told:

@@ -13,7 +13,10 @@ _KEYWORDS = {"class": "classes"}
 #: Options of the command line that are something else here: methods of results, Python's own ways.
 _NOT_KEYWORDS = frozenset({"help", "version", "config", "json", "output", "quiet", "verbose", "max-input"})
 
-#: Options under the heading "Output" that change what is computed, not what is written.
+#: Headings of the options that say what is written: those of `save`.
+_WRITES = frozenset({"Output", "Layers"})
+
+#: Options under these headings that change what is computed, not what is written.
 _COMPUTES = frozenset({"pose-only"})
 
 
@@ -40,7 +43,7 @@ def keywords(verb: str) -> dict[str, dict[str, Any]]:
         if row["positional"]:
             continue
         name = row["names"][0]
-        if name in _NOT_KEYWORDS or (row["heading"] == "Output" and name not in _COMPUTES):
+        if name in _NOT_KEYWORDS or (row["heading"] in _WRITES and name not in _COMPUTES):
             continue
         if name in ("threads", "progress"):
             continue

@@ -204,11 +204,26 @@ def test_save_and_report(result: isopach.Comparison, tmp_path: pathlib.Path) -> 
     assert [path.name for path in tmp_path.iterdir() if path.name.startswith(".")] == []
     with pytest.raises(TypeError, match="unexpected keyword argument 'size'"):
         result.save(tmp_path / "out", size=1)
+    with pytest.raises(isopach.UsageError, match="profile"):
+        result.save(tmp_path / "out", profile=[[1, 2]])
     with pytest.raises(isopach.UsageError, match="^map_width: "):
         result.save(tmp_path / "out", map_width=3)
     (tmp_path / "file").write_text("")
     with pytest.raises(isopach.UsageError, match="is a file, not a folder"):
         result.save(tmp_path / "file")
+
+
+def test_save_writes_layers(result: isopach.Comparison, tmp_path: pathlib.Path) -> None:
+    low, high = np.asarray(result.cells.xy).min(axis=0), np.asarray(result.cells.xy).max(axis=0)
+    folder = result.save(tmp_path / "out", no_points=True, no_map=True, raster=50, contours=5, outlines=True, vtu=True,
+                         vectors="fgb", profile=[low, high])
+    written = {path.name for path in folder.iterdir()}
+    assert written >= {"difference.tif", "difference.qml", "contours.fgb", "outlines.fgb", "cells.vtu", "profile.csv",
+                       "profile.svg"}
+    table = np.genfromtxt(folder / "profile.csv", delimiter=",", names=True)
+    section = result.profile([low, high])
+    assert np.allclose(table["d"], section.dz, equal_nan=True)
+    assert np.allclose(table["s"], section.s)
 
 
 def test_to_xarray(result: isopach.Comparison) -> None:
