@@ -3,6 +3,7 @@
 #include <gtest/gtest.h>
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "tests/support/random.hpp"
@@ -34,9 +35,8 @@ TEST(Comparer, GivesTheBitsOfCompareAndTouchesNoNewPages) {
   const std::int64_t before = faults();
   const Comparison again = comparer.compare(a, b);
   const std::int64_t taken = faults() - before;
-  EXPECT_EQ(again.volume.net, once.volume.net);
-  EXPECT_EQ(again.volume.absolute, once.volume.absolute);
-  EXPECT_EQ(again.measure.rho, once.measure.rho);
+  EXPECT_EQ(again.measures.volume.net, once.measures.volume.net);
+  EXPECT_EQ(again.measures.volume.absolute, once.measures.volume.absolute);
   if (memory_is_kept) {
     EXPECT_LT(taken, 2000);  // 8 MB; a first call touches ten times as much
   }
@@ -50,8 +50,9 @@ TEST(Comparer, ResultsOutliveIt) {
     result = comparer.compare(a, b);
   }
   const Comparison once = compare(a, b, {}, {});
-  ASSERT_EQ(result.cells.triangles.size(), once.cells.triangles.size());
-  EXPECT_TRUE(std::equal(result.cells.triangles.begin(), result.cells.triangles.end(), once.cells.triangles.begin()));
+  ASSERT_EQ(result.cells.z1.size(), once.cells.z1.size());
+  EXPECT_TRUE(std::equal(result.cells.z1.begin(), result.cells.z1.end(), once.cells.z1.begin()));
+  EXPECT_TRUE(std::equal(result.cells.z2.begin(), result.cells.z2.end(), once.cells.z2.begin()));
 }
 
 }  // namespace
