@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t least_view_vertices = 5000;
+constexpr std::size_t least_view_vertices = 40000;
 using values::real;
 
 Json numbers_json(const Quantised& q) { return {{"low", real(q.low)}, {"step", real(q.step)}}; }
@@ -135,7 +135,7 @@ std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words
   std::size_t vertices =
       limits.vertices.value_or(std::clamp<std::size_t>(room / usual, least_view_vertices, default_view_vertices));
   std::string data = data_of(scenes, head, vertices, context);
-  // A surface that compresses badly gets fewer vertices; one that has no room at all some thousand, to show its shape.
+  // A surface that compresses badly gets fewer vertices; where pictures fill the page, the least that shows a shape.
   for (int tries = 0; tries < 3 && !limits.vertices && data.size() > room && vertices > least_view_vertices; ++tries) {
     const double share = 0.95 * static_cast<double>(room) / static_cast<double>(data.size());
     vertices =
