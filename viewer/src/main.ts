@@ -261,7 +261,7 @@ class View {
     const add = (name: string, value: string, f: () => void): void => {
       rows.push(el('li', {}, el('button', {type: 'button', click: f}, el('span', {}, name), el('span', {}, value))));
     };
-    for (const row of data.budget) {
+    for (const row of [...data.budget, ...data.changes]) {
       const [x0, y0, x1, y1] = row.box, middle = {x: (x0 + x1) / 2, y: (y0 + y1) / 2};
       add(row.name, `net ${signed(row.net)} ${this.page.volumeUnit}`, () => {
         const r = surface.at(middle.x, middle.y);
