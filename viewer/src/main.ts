@@ -54,7 +54,7 @@ class View {
     this.root = this.built();
     place.append(this.root);
     this.listen();
-    this.stage.onFrame = () => this.overlays();
+    this.stage.onFrame = () => { this.overlays(); this.writeHash(); };
     this.resize();
     this.stage.lookFrom(...this.oblique());
     this.tell();
@@ -321,7 +321,6 @@ class View {
     new ResizeObserver(() => this.resize()).observe(canvas);
     window.addEventListener('hashchange', () => { if (location.hash !== this.written) { this.readHash(); this.apply(); } });
     window.addEventListener('beforeprint', () => { this.printed.src = this.picture(2000).toDataURL('image/png'); });
-    this.stage.controls.addEventListener('end', () => this.writeHash());
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.apply());
     document.addEventListener('keydown', e => {
       if (e.key === 'Escape' && this.root.classList.contains('v-full') && this.state.line.length === 0)
