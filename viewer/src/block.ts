@@ -10,7 +10,7 @@ export interface SceneData {
   x: Numbers; y: Numbers; z: Numbers; d: Numbers; lod: Numbers | null;
   error: {d: number; rms: number; z: number}; thinned: Totals; exact: Totals;
   a: {name: string; path: string}; b: {name: string; path: string};
-  budget: BudgetRow[]; data: string;
+  budget: BudgetRow[]; changes: BudgetRow[]; data: string;
 }
 
 export interface PageData {

@@ -1,9 +1,9 @@
 // The chart of a section: both surfaces above, their difference below, with the band of the level of detection.
 import type {PageData} from './block';
 import type {Stretch} from './surface';
-import {fixed, niceAbove, num, nice, svg} from './words';
+import {fixed, niceAbove, nice, svg} from './words';
 
-const left = 84, right = 16, upper = {top: 30, height: 190}, lower = {top: 262, height: 110}, total = 424;
+const right = 16, upper = {top: 30, height: 190}, lower = {top: 262, height: 110}, total = 424;
 
 interface Axis { low: number; high: number }
 
@@ -16,6 +16,7 @@ export function sectionChart(stretches: Stretch[], page: PageData, width: number
   const root = svg('svg', {viewBox: `0 0 ${width} ${total}`, role: 'img', 'font-size': 13,
     xmlns: 'http://www.w3.org/2000/svg', 'font-family': 'system-ui,sans-serif',
     'aria-label': 'Section: heights of both surfaces and their difference along the line'});
+  const left = width < 500 ? 56 : 84, isNarrow = width < 500;
   const ends = stretches.flatMap(s => [s.from, s.to]);
   const length = ends[ends.length - 1]!.s, start = Math.min(0, ends[0]!.s);
   const range = (f: (e: (typeof ends)[number]) => number[]): [number, number] =>
@@ -63,10 +64,10 @@ export function sectionChart(stretches: Stretch[], page: PageData, width: number
   const second = left + 150 + 8 * page.words.a.length;
   root.append(svg('path', {d: `M${second} 12h30`, stroke: 'var(--accent,#0f4f8b)', 'stroke-width': 1.8}));
   text(second + 36, 16, page.words.b);
-  text(left, lower.top - 12, `difference d (${page.heightUnit})` + (ends.every(e => e.lod !== null) ? '; grey: within the level of detection' : ''));
+  text(left, lower.top - 12, `difference d (${page.heightUnit})` + (ends.every(e => e.lod !== null) ? (isNarrow ? '; grey: level of detection' : '; grey: within the level of detection') : ''));
   const step = nice((length - start) / Math.max(2, width / 160) || 1);
   for (let s = 0; s <= length * (1 + 1e-9); s += step)
-    text(x(s), lower.top + lower.height + 20, num(s, 3), {'text-anchor': 'middle'});
+    text(x(s), lower.top + lower.height + 20, fixed(s, Math.min(12, Math.max(0, -Math.floor(Math.log10(step) + 1e-9)))), {'text-anchor': 'middle'});
   text((left + width - right) / 2, total - 6, `distance along the line (${page.unit})`, {'text-anchor': 'middle'});
   return root;
 }

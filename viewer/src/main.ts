@@ -54,9 +54,9 @@ class View {
     this.root = this.built();
     place.append(this.root);
     this.listen();
-    this.stage.onFrame = () => this.overlays();
+    this.stage.onFrame = () => { this.overlays(); this.writeHash(); };
     this.resize();
-    this.stage.lookFrom(page.vertical ? 205 : 180, page.vertical ? 42 : 89.999);
+    this.stage.lookFrom(...this.oblique());
     this.tell();
     this.readHash();
     this.apply();
@@ -65,6 +65,9 @@ class View {
 
   /** What takes longer and is not seen at once: the places to go to, and the search tree for the first click. */
   prepare(): void { this.places(); this.stage.pick(1, 1); }
+
+  /** Ground is looked at from the side, an object that was scanned from one side rather from there. */
+  private oblique(): [azimuth: number, elevation: number] { return this.page.unit === 'mm' || !this.page.vertical ? [188, 70] : [205, 42]; }
 
   /** Flat ground is shown steeper, so that its shape is seen: 1, 2, 5 or 10 times. */
   private usualExaggeration(): number {
@@ -213,7 +216,7 @@ class View {
     });
     full.setAttribute('aria-pressed', 'false');
     return [
-      el('div', {class: 'v-row'}, this.button('From above', () => this.fromAbove()), this.button('Oblique', () => this.stage.lookFrom(205, 42)),
+      el('div', {class: 'v-row'}, this.button('From above', () => this.fromAbove()), this.button('Oblique', () => this.stage.lookFrom(...this.oblique())),
         this.button('Level', () => this.stage.lookFrom(180, 4)), full),
       el('label', {class: 'v-check'}, parallel, 'no perspective (to scale)'),
       this.slide('Heights \u00d7', -1, 1.7, 0.01, () => Math.log10(s.exaggeration), v => { s.exaggeration = Math.abs(v) < 0.03 ? 1 : 10 ** v; }, () => brief(s.exaggeration)),
@@ -258,7 +261,7 @@ class View {
     const add = (name: string, value: string, f: () => void): void => {
       rows.push(el('li', {}, el('button', {type: 'button', click: f}, el('span', {}, name), el('span', {}, value))));
     };
-    for (const row of data.budget) {
+    for (const row of [...data.budget, ...data.changes]) {
       const [x0, y0, x1, y1] = row.box, middle = {x: (x0 + x1) / 2, y: (y0 + y1) / 2};
       add(row.name, `net ${signed(row.net)} ${this.page.volumeUnit}`, () => {
         const r = surface.at(middle.x, middle.y);
@@ -318,7 +321,6 @@ class View {
     new ResizeObserver(() => this.resize()).observe(canvas);
     window.addEventListener('hashchange', () => { if (location.hash !== this.written) { this.readHash(); this.apply(); } });
     window.addEventListener('beforeprint', () => { this.printed.src = this.picture(2000).toDataURL('image/png'); });
-    this.stage.controls.addEventListener('end', () => this.writeHash());
     matchMedia('(prefers-color-scheme: dark)').addEventListener('change', () => this.apply());
     document.addEventListener('keydown', e => {
       if (e.key === 'Escape' && this.root.classList.contains('v-full') && this.state.line.length === 0)
@@ -335,7 +337,7 @@ class View {
       controls.update(); this.stage.draw(); this.writeHash();
     };
     const keys: Record<string, () => void> = {
-      ' ': () => this.flicker(), c: () => void this.copyReading(), t: () => this.fromAbove(), o: () => this.stage.lookFrom(205, 42),
+      ' ': () => this.flicker(), c: () => void this.copyReading(), t: () => this.fromAbove(), o: () => this.stage.lookFrom(...this.oblique()),
       '+': () => zoom(0.8), '=': () => zoom(0.8), '-': () => zoom(1.25), Enter: () => this.click(this.canvas.clientWidth / 2, this.canvas.clientHeight / 2),
       Escape: () => this.clear(),
     };
@@ -435,7 +437,7 @@ class View {
   private thinning(): string {
     const {data} = this.stage.surface, unit = this.page.heightUnit;
     return data.whole ? 'The view has every node of the comparison.'
-      : `The view has ${num(data.nodes, 6)} of ${num(data.of, 6)} nodes. At every node of the comparison its d is within ${num(data.error.d, 2)} ${unit} of the exact one, within ${num(data.error.rms, 2)} ${unit} as the root mean square.`;
+      : `The view has ${fixed(data.nodes, 0)} of ${fixed(data.of, 0)} nodes. At every node of the comparison its d is within ${num(data.error.d, 2)} ${unit} of the exact one, within ${num(data.error.rms, 2)} ${unit} as the root mean square.`;
   }
 
   private showSection(stretches: Stretch[]): void {
@@ -501,13 +503,13 @@ class View {
     this.northArrow.setAttribute('transform', `rotate(${(-(this.stage.azimuth + 180)).toFixed(1)})`);
     const {pixel} = this.stage, length = nice(140 * pixel);
     this.scaleBar.style.width = `${(length / pixel).toFixed(1)}px`;
-    this.scaleText.textContent = `${num(length, 3)} ${this.page.unit}${this.stage.orthographic ? '' : ' (in the middle)'}`
+    this.scaleText.textContent = `${num(length, 1)} ${this.page.unit}${this.stage.orthographic ? '' : ' (in the middle)'}`
       + (this.state.exaggeration === 1 ? '' : `, heights \u00d7 ${brief(this.state.exaggeration)}`);
   }
 
   private footer(): void {
     const {data} = this.stage.surface, {page} = this, t = data.thinned, x = data.exact;
-    const totals = data.whole ? '' : ` In all it has ${num(t.above, 6)} ${page.volumeUnit} above and ${num(t.below, 6)} below on ${num(t.area, 6)} ${page.areaUnit}; exact are ${num(x.above, 6)} and ${num(x.below, 6)} on ${num(x.area, 6)}.`;
+    const totals = data.whole ? '' : ` In all it has ${num(t.above, 5)} ${page.volumeUnit} above and ${num(t.below, 5)} below on ${num(t.area, 5)} ${page.areaUnit}; exact are ${num(x.above, 5)} and ${num(x.below, 5)} on ${num(x.area, 5)}.`;
     this.foot.textContent = `${this.thinning()}${totals}`;
   }
 

@@ -276,7 +276,7 @@ export class Stage {
   lookFrom(azimuth: number, elevation: number, at = new Vector3(), radius = this.radius): void {
     const size = this.renderer.getSize(new Vector2()), aspect = size.x / Math.max(1, size.y);
     const tangent = Math.tan(this.perspective.fov * Math.PI / 360), fit = elevation > 89 ? 0.82 : 0.87;
-    const distance = fit * radius / (tangent * Math.min(1, aspect));
+    const distance = fit * radius / (tangent * Math.min(1, aspect / 1.25));
     const a = azimuth * Math.PI / 180, e = Math.min(elevation, 89.999) * Math.PI / 180;
     const direction = new Vector3(Math.sin(a) * Math.cos(e), Math.cos(a) * Math.cos(e), Math.sin(e));
     this.controls.target.copy(at);

@@ -1,5 +1,5 @@
-// report.html: one page that opens from disk, without a network and without a script. Every number is taken from the
-// text of result.json, shown rounded, with the exact value as its title and its key as data-key.
+// report.html: one page that opens from disk, without a network; complete without its one script. Every number is taken
+// from the text of result.json, shown rounded, with the exact value as its title and its key as data-key.
 #include <algorithm>
 #include <cctype>
 #include <cmath>

@@ -1,6 +1,6 @@
-// HtmlPage: what all report.html have in common: one page that opens from disk, without a network and without a script.
-// Every number is taken from the text of result.json, shown rounded, with the exact value as its title and its key as
-// data-key. Internal to report/: the header needs nlohmann-json.
+// HtmlPage: what all report.html have in common: one page that opens from disk, without a network, complete without a
+// script. Every number is taken from the text of result.json, shown rounded, with the exact value as its title and its
+// key as data-key. Internal to report/: the header needs nlohmann-json.
 #pragma once
 #include <cstddef>
 #include <string>

@@ -20,7 +20,7 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::size_t least_view_vertices = 5000;
+constexpr std::size_t least_view_vertices = 40000;
 using values::real;
 
 Json numbers_json(const Quantised& q) { return {{"low", real(q.low)}, {"step", real(q.step)}}; }
@@ -57,6 +57,22 @@ Json budget_json(const Comparison& c) {
   return rows;
 }
 
+/// The largest of the objects, numbered as in the page's table, each with a square of its area.
+Json changes_json(const Comparison& c) {
+  constexpr std::size_t most = 30;
+  Json rows = Json::array();
+  if (!c.changes) return rows;
+  for (std::size_t i = 0; i < std::min(most, c.changes->list.size()); ++i) {
+    const Change& change = c.changes->list[i];
+    const double half = std::sqrt(change.area) / 2;
+    const Point2& p = change.largest_at;
+    const Json box = Json::array({real(p.x - half), real(p.y - half), real(p.x + half), real(p.y + half)});
+    const Json entry{{"name", "object " + std::to_string(i + 1)}, {"net", real(change.net())}, {"box", box}};
+    rows.push_back(entry);
+  }
+  return rows;
+}
+
 Json scene_json(const ViewScene& scene, const ThinSurface& s) {
   const Comparison& c = *scene.comparison;
   Json out{{"label", scene.label},   {"frame", frame_json(c.frame)},
@@ -70,7 +86,7 @@ Json scene_json(const ViewScene& scene, const ThinSurface& s) {
   const Volume& v = c.measures.volume;
   out["exact"] = {{"area", real(c.domain_area)}, {"above", real(v.above)}, {"below", real(v.below)}};
   out["a"] = input_json(c.a), out["b"] = input_json(c.b);
-  out["budget"] = budget_json(c);
+  out["budget"] = budget_json(c), out["changes"] = changes_json(c);
   return out;
 }
 
@@ -135,7 +151,7 @@ std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words
   std::size_t vertices =
       limits.vertices.value_or(std::clamp<std::size_t>(room / usual, least_view_vertices, default_view_vertices));
   std::string data = data_of(scenes, head, vertices, context);
-  // A surface that compresses badly gets fewer vertices; one that has no room at all some thousand, to show its shape.
+  // A surface that compresses badly gets fewer vertices; where pictures fill the page, the least that shows a shape.
   for (int tries = 0; tries < 3 && !limits.vertices && data.size() > room && vertices > least_view_vertices; ++tries) {
     const double share = 0.95 * static_cast<double>(room) / static_cast<double>(data.size());
     vertices =
