@@ -116,6 +116,7 @@ class Layers(CliTest):
             self.assertAlmostEqual(row["polygon_area"], r["domain"]["area"], places=6)
             changes = self.result("compare", "a.xyz", "b.xyz", "--budget", f"out/changes.{kind}")["budget"]
             self.assertEqual(len(changes), len(r["changes"]))
+            self.assertIn(f"changes.{kind}", self.path("out/report.html").read_text().split("<h2>Changes as objects")[1])
             for row, change in zip(changes, r["changes"]):
                 self.assertAlmostEqual(row["net"], change["net"], places=6)
         self.fails(2, "compare", "a.xyz", "b.xyz", "--vectors", "gpkg", says=["--vectors", "--output"])

@@ -312,7 +312,16 @@ class Page : public HtmlPage {
             (c_.changes->level > 0 ? "the height of " + quantity("change_summary.height", c_.changes->level, 1)
                                    : std::string("the level of detection")) +
             ", of at least " + quantity("change_summary.min_area", c_.changes->min_area, 2) +
-            ", cut exactly; the largest are numbered on the map. Outlines: changes.geojson.</p>\n" + change_chart(c_);
+            ", cut exactly; the largest are numbered on the map. Outlines: " + outlines_file() + ".</p>\n" +
+            change_chart(c_);
+  }
+
+  /// Its ending is that of the format that was asked for.
+  [[nodiscard]] std::string outlines_file() const {
+    for (const Json& name : json_.at("outputs"))
+      if (const auto file = name.get<std::string>(); file.rfind("changes.", 0) == 0 && file != "changes.csv")
+        return escaped(file);
+    return "changes.geojson";
   }
 
   void change_row(const std::string& row, bool has_sigma) {

@@ -9,6 +9,8 @@
 namespace isopach {
 namespace {
 
+constexpr std::size_t check_every = 1 << 12;  // cells
+
 /// Sets of triangles, by the least of each.
 class Sets {
  public:
@@ -53,9 +55,8 @@ std::vector<Index> label(const CellView& cells, const Excess& excess, const Cont
   const std::size_t whole = cells.t.real;
   std::vector<unsigned char> has(whole, 0);
   std::vector<Index> of_item(items_of(cells), no_index);
-  std::size_t seen = 0;
   for_common(cells, 0, items_of(cells), [&](const CommonCell& c, std::size_t item) {
-    if (seen++ % (1 << 16) == 0) context.check();
+    if (item % check_every == 0) context.check();
     if (!any_positive(excess.at_corners(c))) return;
     has[c.triangle] = 1;
     of_item[item] = c.triangle;
@@ -318,6 +319,7 @@ FoundChanges find_changes(const CellView& cells, const ChangeLevel& level, const
     object_of = label(cells, excess, context);
     std::vector<ChangeSums> sums(number_objects(object_of), ChangeSums(scales));
     for_common(cells, 0, items_of(cells), [&](const CommonCell& c, std::size_t item) {
+      if (item % check_every == 0) context.check();
       if (object_of[item] != no_index) add_cell(c, excess, sums[object_of[item]]);
     });
     sorter.add(sums, sign == 0);
