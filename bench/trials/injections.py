@@ -89,7 +89,7 @@ class Injector:
         if done.returncode < 0:
             return self.ended_by_signal(sandbox, case, kind, done, crash)
         offence = ""
-        if done.returncode not in CODES[kind] and not (kind == "memory" and re.search("laszip|GDAL", line)):
+        if done.returncode not in CODES[kind] and not (kind == "memory" and re.search("(?i:laszip)|GDAL", line)):
             offence = f"exit {done.returncode}: {line}"
         elif done.stderr.count("\n") != 1 or not line.startswith("isopach: ") or ".isopach-" in line:
             offence = f"not one line of ours: {line!r}"

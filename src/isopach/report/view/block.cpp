@@ -1,6 +1,7 @@
 #include "isopach/report/view/block.hpp"
 
 #include <zlib.h>
+#include <new>
 
 #include <cstdint>
 #include <vector>
@@ -43,6 +44,7 @@ std::string deflated(const std::string& bytes) {
   std::string out(size, '\0');
   const int status = compress2(reinterpret_cast<Bytef*>(out.data()), &size,
                                reinterpret_cast<const Bytef*>(bytes.data()), static_cast<uLong>(bytes.size()), 6);
+  if (status == Z_MEM_ERROR) throw std::bad_alloc();
   if (status != Z_OK) throw Error(ExitCode::internal, "the surface of the report cannot be compressed");
   out.resize(size);
   return out;
