@@ -109,6 +109,26 @@ TEST(ThinSurface, TheLargestDifferencesAreKept) {
   EXPECT_NEAR(kept, largest, s.d.step);
 }
 
+TEST(ThinSurface, TheLargestDifferenceOfEveryChangeIsKept) {
+  CompareOptions options;
+  options.changes.asked = true;
+  options.changes.height = 0.012;  // so that noise makes many
+  options.changes.min_area = 0;
+  const Comparison c = hill(3000, options);
+  ASSERT_TRUE(c.changes);
+  ASSERT_GT(c.changes->list.size(), 100u);
+  constexpr std::size_t most = 600;
+  const ThinSurface s = thin_surface(c, most, {});
+  for (std::size_t k = 0; k < most / 5; ++k) {
+    const Change& change = c.changes->list[k];
+    bool found = false;
+    for (std::size_t i = 0; i < s.nodes() && !found; ++i)
+      found = std::hypot(s.x.at(i) - change.largest_at.x, s.y.at(i) - change.largest_at.y) < 2 * s.x.step &&
+              std::fabs(s.d.at(i) - change.largest_d()) <= s.d.step;
+    EXPECT_TRUE(found) << k;
+  }
+}
+
 TEST(ThinSurface, UnchangedGroundStaysExactlySo) {
   Comparison c = hill(1000);
   for (std::size_t i = 0; i < c.cells.xy.size(); ++i)

@@ -42,7 +42,7 @@ async function opened(name, hash = '', options = {}) {
   page.on('console', m => { if (m.type() === 'error') errors.push(m.text()); });
   await page.goto(report(name) + hash);
   if (options.javaScriptEnabled !== false)
-    await page.waitForFunction(() => document.documentElement.dataset.view === 'ready', null, {timeout: 60000});
+    await page.waitForFunction(() => document.documentElement.dataset.view === 'ready', null, {timeout: 180000});
   return {page, requests, errors, close: () => context.close()};
 }
 

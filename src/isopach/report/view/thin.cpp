@@ -2,8 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
+#include <set>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 #include "isopach/base/sum.hpp"
@@ -197,6 +198,7 @@ class Thinning {
 
   /// Numbers of the chosen, ascending.
   [[nodiscard]] std::vector<Index> choose() {
+    take_changes(most_ / 5);
     take_extremes(most_ * 2 / 5);
     constexpr int rounds = 4;
     for (int round = 1; round <= rounds; ++round) {
@@ -216,6 +218,16 @@ class Thinning {
   }
   void take(std::size_t i) {
     if (!taken_[i]) taken_[i] = 1, ++count_;
+  }
+
+  /// Where the objects among the changes are largest, which is at nodes.
+  void take_changes(std::size_t wanted) {
+    if (!c_.changes) return;
+    std::set<std::pair<double, double>> found;
+    for (const Change& change : c_.changes->list)
+      if (found.size() < wanted) found.insert({change.largest_at.x, change.largest_at.y});
+    for (std::size_t i = 0; i < places_.size(); ++i)
+      if (found.contains({places_[i].x, places_[i].y})) take(i);
   }
 
   /// Of each square the samples of the least and the largest d, and those at the ends of the box.

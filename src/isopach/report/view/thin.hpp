@@ -31,11 +31,11 @@ struct ThinSurface {
   [[nodiscard]] std::size_t nodes() const { return x.numbers.size(); }
 };
 
-/// Chooses at most `most` nodes (at least 100): those of the least and the largest d in squares of a grid, then, in
-/// rounds, those at which the surface so far is worst; their triangulation is Delaunay's. Comparisons of no more nodes
-/// keep them all, with their cells. A triangle belongs to the domain if its centroid does. The same for any number of
-/// threads. Cost: a triangulation of `most` nodes and a localisation of all a round. Oracle: tests/report/thin_test.cpp
-/// (errors by trying every triangle).
+/// Chooses at most `most` nodes (at least 100): those where the objects among the changes are largest, those of the
+/// least and the largest d in squares of a grid, then, in rounds, those at which the surface so far is worst; their
+/// triangulation is Delaunay's. Comparisons of no more nodes keep them all, with their cells. A triangle belongs to the
+/// domain if its centroid does. The same for any number of threads. Cost: a triangulation of `most` nodes and a
+/// localisation of all a round. Oracle: tests/report/thin_test.cpp (errors by trying every triangle).
 [[nodiscard]] ThinSurface thin_surface(const Comparison& c, std::size_t most, const Context& context);
 
 }  // namespace isopach
