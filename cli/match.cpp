@@ -184,7 +184,7 @@ double parse_normal_angle(const std::string& text) {
 }
 
 void add_pair_options(Command& command, IcpOptions& icp) {
-  command.heading("Pairs of points (icp-point, icp-plane)");
+  command.heading("Pairs of points (icp-point, icp-plane, icp-gicp)");
   command.option_with(
       "--reject-distance", "LENGTH|Nx|none",
       [&icp](const std::string& text) {
@@ -225,9 +225,12 @@ void add_match_options(Command& command, MatchOptions& options) {
               {{"measure", Objective::measure},
                {"icp-point", Objective::icp_point},
                {"icp-plane", Objective::icp_plane},
+               {"icp-gicp", Objective::icp_gicp},
                {"currents", Objective::currents}},
               "What is minimised: the measure between the surfaces, or the distances of pairs of nearest points, to "
-              "the point or to the plane at it, or the distance of the surfaces as currents")
+              "the point, to the plane at it, or between the planes at both (Generalized-ICP), or the distance of the "
+              "surfaces "
+              "as currents")
       .each([&options](const std::string& objective) {  // before --max-iterations is looked at, which wins
         if (objective == "icp-point") options.max_iterations = most_steps_of_points;
       });

@@ -166,7 +166,7 @@ class Options(MatchCli):
         measure = self.match()
         self.assertEqual(measure["objective"], "measure")
         self.assertIsNone(measure["parameters"]["pairs"])
-        for objective in ["icp-point", "icp-plane"]:
+        for objective in ["icp-point", "icp-plane", "icp-gicp"]:
             m = self.match("--objective", objective)
             self.assertEqual(m["objective"], objective)
             self.assertTrue(m["converged"])

@@ -284,7 +284,8 @@ MatchOptions decode_matching(Input& in) {
   decode_scans(in, options.compare);
   options.compare.pose = {};
   options.start = decode_pose(in);
-  options.objective = in.choice({Objective::measure, Objective::icp_point, Objective::icp_plane, Objective::currents});
+  options.objective = in.choice(
+      {Objective::measure, Objective::icp_point, Objective::icp_plane, Objective::currents, Objective::icp_gicp});
   options.coarse = in.below(8) == 7;
   options.freedom = decode_freedom(in);
   if (in.flag()) options.overlap = in.share();

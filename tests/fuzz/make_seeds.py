@@ -262,7 +262,7 @@ def distance():
 
 def match():
     a, b = hills(1), hills(2)
-    for number, name in enumerate(("measure", "icp-point", "icp-plane", "currents")):
+    for number, name in enumerate(("measure", "icp-point", "icp-plane", "currents", "icp-gicp")):
         yield f"{'valid-' if name != 'icp-point' else ''}{name}", [*matching(objective=number, check=0), *a, *b]
     yield "valid-checked", [*matching(check=1), *a, *b]
     yield "moved", [*matching(start=(1, 16, 8, 40)), *a, *b]

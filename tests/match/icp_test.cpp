@@ -35,7 +35,7 @@ MatchOptions by(Objective objective) {
   o.compare.check_layers = false;
   return o;
 }
-const Objective both_kinds[] = {Objective::icp_point, Objective::icp_plane};
+const Objective every_kind[] = {Objective::icp_point, Objective::icp_plane, Objective::icp_gicp};
 
 /// A closed body with bumps, seen from all sides: no height field along any direction.
 Cloud body(std::size_t n, std::uint64_t seed, double noise = 0) {
@@ -198,12 +198,12 @@ TEST(IcpStep, PointStepIsTheLeast) {
     Motion truth = some_motion(0.8);
     if (scale) truth.scale = 1.3;
     const Array<Link> exact = random_links(50, 1, truth, 0);
-    const Motion found = point_step(exact, pair_information(exact, false), scale);
+    const Motion found = point_step(exact, pair_information(exact, PairKind::point), scale);
     for (std::size_t k = 0; k < 9; ++k) EXPECT_NEAR(found.rotation[k], truth.rotation[k], 1e-12);
     EXPECT_NEAR(found.scale, truth.scale, 1e-12);
 
     const Array<Link> noisy = random_links(50, 2, truth, 1);
-    const Motion best = point_step(noisy, pair_information(noisy, false), scale);
+    const Motion best = point_step(noisy, pair_information(noisy, PairKind::point), scale);
     const double least = energy(noisy, best, false);
     test::Random random(3);
     for (int i = 0; i < 100; ++i) {
@@ -218,7 +218,7 @@ TEST(IcpStep, PointStepOfALineAndOfAPointIsARotation) {
   Array<Link> links = random_links(20, 1, some_motion(0.3), 0);
   for (const double spread : {1.0, 0.0}) {
     for (Link& l : links) l.moving = {spread * l.moving.x, 0, 0}, l.fixed = {0, spread * l.moving.x, 2};
-    const Motion m = point_step(links, pair_information(links, false), false);
+    const Motion m = point_step(links, pair_information(links, PairKind::point), false);
     const auto& r = m.rotation;
     EXPECT_NEAR(dot({r[0], r[3], r[6]}, cross({r[1], r[4], r[7]}, {r[2], r[5], r[8]})), 1, 1e-12);
     EXPECT_NEAR(energy(links, m, false), 0, 1e-20);
@@ -227,7 +227,7 @@ TEST(IcpStep, PointStepOfALineAndOfAPointIsARotation) {
 
 TEST(IcpStep, PlaneStepIsDenseLeastSquares) {
   const Array<Link> links = random_links(60, 4, some_motion(0.05), 0.1);
-  const PairInformation in = pair_information(links, true);
+  const PairInformation in = pair_information(links, PairKind::plane);
   Eigen::MatrixXd rows(60, 6);
   Eigen::VectorXd right(60);
   for (Eigen::Index i = 0; i < 60; ++i) {
@@ -248,14 +248,17 @@ TEST(IcpStep, PlaneStepIsDenseLeastSquares) {
   EXPECT_NEAR(up[5], rows.col(5).dot(right) / rows.col(5).squaredNorm(), 1e-10);
 }
 
-/// Equations (1) and (3) and nothing else: every point against every point, dense least squares, the quaternion of
-/// Horn.
+/// Equations (1), (3) and those of [Segal2009], and nothing else: every point against every point, dense least squares,
+/// the quaternion of Horn, covariances inverted as they stand.
 class PlainIcp {
  public:
   PlainIcp(const OrientedCloud& moving, const OrientedCloud& fixed) : moving_(moving), fixed_(fixed) {}
-  Motion run(int iterations, bool plane) const {
+  Motion run(int iterations, Objective objective) const {
     Motion motion;
-    for (int i = 0; i < iterations; ++i) motion = plane ? plane_next(motion) : point_next(motion);
+    for (int i = 0; i < iterations; ++i)
+      motion = objective == Objective::icp_plane   ? plane_next(motion)
+               : objective == Objective::icp_point ? point_next(motion)
+                                                   : planes_next(motion);
     return motion;
   }
 
@@ -307,16 +310,89 @@ class PlainIcp {
     const Eigen::VectorXd x = rows.colPivHouseholderQr().solve(right);
     return moved(motion, {x(0), x(1), x(2), x(3), x(4), x(5), 0}, centre);
   }
+  Motion planes_next(const Motion& motion) const {
+    Eigen::Matrix<double, 6, 6> h = Eigen::Matrix<double, 6, 6>::Zero();
+    Eigen::Matrix<double, 6, 1> g = Eigen::Matrix<double, 6, 1>::Zero();
+    for (std::size_t i = 0; i < moving_.points.size(); ++i) {
+      const Point3 p = motion.apply(moving_.points[i]);
+      const std::size_t k = partner(p);
+      const Eigen::Matrix3d m =
+          (flat(fixed_.normals[k]) + flat(motion.turn(moving_.normals[i]))).inverse() * 2 * plane_flatness;
+      Eigen::Matrix<double, 3, 6> rows;
+      rows << 0, p.z, -p.y, 1, 0, 0, -p.z, 0, p.x, 0, 1, 0, p.y, -p.x, 0, 0, 0, 1;
+      const Point3 d = p - fixed_.points[k];
+      h += rows.transpose() * m * rows;
+      g += rows.transpose() * m * Eigen::Vector3d(d.x, d.y, d.z);
+    }
+    // A turn about the origin, as one about the centre that the others turn about.
+    const Eigen::Matrix<double, 6, 1> x = h.ldlt().solve(-g);
+    Point3 centre{0, 0, 0};
+    for (const Point3& p : moving_.points)
+      centre = centre + (1 / static_cast<double>(moving_.points.size())) * motion.apply(p);
+    const Point3 moves = cross({x(0), x(1), x(2)}, centre);
+    return moved(motion, {x(0), x(1), x(2), x(3) + moves.x, x(4) + moves.y, x(5) + moves.z, 0}, centre);
+  }
+  static Eigen::Matrix3d flat(const Point3& n) {
+    const Eigen::Vector3d v(n.x, n.y, n.z);
+    return Eigen::Matrix3d::Identity() - (1 - plane_flatness) * v * v.transpose();
+  }
+
   const OrientedCloud& moving_;
   const OrientedCloud& fixed_;
 };
+
+TEST(IcpPairs, PrecisionIsTheInverseOfBothCovariances) {
+  test::Random random(3);
+  for (int i = 0; i < 60; ++i) {
+    const auto direction = [&] {
+      const Point3 v{random.uniform(-1, 1), random.uniform(-1, 1), random.uniform(-1, 1)};
+      return (1 / length(v)) * v;
+    };
+    Link l;
+    l.normal = direction();
+    l.asking = i % 5 == 0 ? l.normal : i % 5 == 1 ? Point3{0, 0, 0} : direction();
+    if (i % 10 == 9) l.normal = l.asking = {0, 0, 0};
+    const Symmetric3 p = precision(l);
+    Eigen::Matrix3d m, c = 2 * Eigen::Matrix3d::Identity();
+    m << p.xx, p.xy, p.xz, p.xy, p.yy, p.yz, p.xz, p.yz, p.zz;
+    for (const Point3& n : {l.normal, l.asking}) {
+      const Eigen::Vector3d v(n.x, n.y, n.z);
+      c -= (1 - plane_flatness) * v * v.transpose();
+    }
+    EXPECT_LT((m * c - 2 * plane_flatness * Eigen::Matrix3d::Identity()).norm(), 1e-14);
+    Link other = l;  // exchanged and turned round: the same bits
+    other.normal = -1.0 * l.asking, other.asking = l.normal;
+    EXPECT_EQ(precision(other).xy, p.xy);
+    EXPECT_EQ(precision(other).zz, p.zz);
+  }
+}
+
+TEST(IcpPairs, WhereNormalsAgreeResidualsAreDistancesFromThePlane) {
+  Link l;
+  l.normal = l.asking = {0, 0.6, 0.8};
+  l.moving = {1, 2, 3}, l.fixed = {1, 1, 1};
+  const double across = 0.6 + 1.6, along2 = 5 - across * across;
+  EXPECT_NEAR(residual(l, PairKind::planes), std::sqrt(across * across + plane_flatness * along2), 1e-12);
+  EXPECT_NEAR(dot(pull(l, PairKind::planes), l.moving - l.fixed), std::pow(residual(l, PairKind::planes), 2), 1e-12);
+}
+
+// Planes hold a shift across them alone: what else the precisions draw at is left, as for icp-plane.
+TEST(IcpStep, PlanesAreNotDrawnAlongThemselves) {
+  Array<Link> links = random_links(60, 4, Motion{}, 0.3);
+  for (Link& l : links) l.normal = l.asking = {0, 0, 1}, l.fixed.z = l.moving.z = 0, l.moving.z += 0.1;
+  const PairInformation in = pair_information(links, PairKind::planes);
+  const Twist step = planes_step(in, Freedom{}, 1e-9);
+  EXPECT_NEAR(step[5], -0.1, 1e-12);
+  for (const std::size_t k : {2u, 3u, 4u}) EXPECT_NEAR(step[k], 0, 1e-12);
+  EXPECT_EQ(planes_step(in, Freedom{true, false, false, false, false, false, false}, 1e-9)[3], 0);
+}
 
 TEST(Icp, EveryStepIsThatOfThePlainLoop) {
   const Cloud fixed = body(300, 1), moving = body(250, 2);
   const Frame frame = choose_frame(fixed, moving, Pose{}, {}, {});
   OrientedCloud a = order_points(fixed, Pose{}, frame, {}, 0, {}), b = order_points(moving, Pose{}, frame, {}, 0, {});
   orient(a, {}), orient(b, {});
-  for (const Objective objective : both_kinds)
+  for (const Objective objective : every_kind)
     for (const int steps : {1, 2, 5}) {
       MatchOptions o = by(objective);
       o.icp = every_pair();
@@ -324,7 +400,7 @@ TEST(Icp, EveryStepIsThatOfThePlainLoop) {
       o.max_iterations = steps;
       o.tolerance = 1e-14;
       const Matching m = icp(moving, fixed, Pose{}, o, {});
-      const Pose plain = pose_of(PlainIcp(b, a).run(steps, objective == Objective::icp_plane), frame, Pose{});
+      const Pose plain = pose_of(PlainIcp(b, a).run(steps, objective), frame, Pose{});
       EXPECT_EQ(m.iterations, steps);
       for (std::size_t k = 0; k < 16; ++k) EXPECT_NEAR(m.pose.m[k], plain.m[k], 1e-9) << steps;
     }
@@ -346,10 +422,10 @@ TEST(Icp, EFallsForPlainPointToPoint) {
 TEST(Icp, BodiesThatAreNoHeightField) {
   const Cloud fixed = body(9000, 1, 0.01), moving = body(8000, 2, 0.01);
   const Pose away = test::turn_and_shift({1, -2, 3}, 20, {1, 1, 1}, {1, -0.5, 0.8});
-  for (const Objective objective : both_kinds) {
+  for (const Objective objective : every_kind) {
     const Matching m = icp(test::posed(moving, away), fixed, Pose{}, by(objective), {});
     const auto error = off_identity(chained(m.pose, away), test::middle_of(moving));
-    const double slack = objective == Objective::icp_plane ? 1 : 5;  // sampling enters (1) fully
+    const double slack = objective == Objective::icp_point ? 5 : 1;  // sampling enters (1) fully
     EXPECT_TRUE(m.converged) << m.reason;
     EXPECT_LT(error.degrees, 0.02 * slack);
     EXPECT_LT(error.shift, 0.003 * slack);
@@ -424,8 +500,11 @@ TEST(Icp, HalfOfEachScanInCommon) {
 TEST(Icp, SameBitsForAnyThreadsAndOrder) {
   const Cloud fixed = body(9000, 1, 0.01),
               moving = test::posed(body(10000, 2, 0.01), test::turn_and_shift({1, 1, 0}, 5, {0, 0, 0}, {0.3, 0, 0}));
-  for (const bool symmetric : {false, true}) {
-    MatchOptions o = by(Objective::icp_plane);
+  for (const auto& [objective, symmetric] : {std::pair{Objective::icp_plane, false},
+                                             {Objective::icp_plane, true},
+                                             {Objective::icp_gicp, true},
+                                             {Objective::icp_point, false}}) {
+    MatchOptions o = by(objective);
     o.icp.symmetric = symmetric;
     const auto run = [&](int threads, const Cloud& b, const Cloud& a) {
       Context context;
@@ -433,7 +512,7 @@ TEST(Icp, SameBitsForAnyThreadsAndOrder) {
       return icp(b, a, Pose{}, o, context);
     };
     const Matching one = run(1, moving, fixed);
-    for (const int threads : {2, 3}) {
+    for (const int threads : {2, 7}) {
       const Matching m = run(threads, moving, fixed);
       EXPECT_EQ(m.pose.m, one.pose.m);
       EXPECT_EQ(m.covariance, one.covariance);
@@ -455,11 +534,58 @@ TEST(Icp, SymmetricForwardAndBack) {
   EXPECT_LT(error(true).shift, error(false).shift);
 }
 
+// Both planes of a pair count alike, so with pairs sought from both sides no scan is preferred.
+TEST(Icp, PlaneToPlaneForwardAndBack) {
+  const Cloud a = body(4000, 1, 0.05),
+              b = test::posed(body(3000, 2, 0.05), test::turn_and_shift({1, 1, 0}, 4, {0, 0, 0}, {0.3, 0.1, 0}));
+  MatchOptions o = by(Objective::icp_gicp);
+  o.icp.symmetric = true;
+  const auto error = off_identity(chained(icp(a, b, Pose{}, o, {}).pose, icp(b, a, Pose{}, o, {}).pose), {0, 0, 0});
+  EXPECT_LT(error.degrees, 0.002);  // a step is a linear one
+  EXPECT_LT(error.shift, 0.0004);
+}
+
+// Few points, one place, a line, a plane: an answer whose free motions are named, or a refusal, and no number that is
+// none.
+TEST(Icp, PlaneToPlaneOfDegenerateScans) {
+  test::Random random(7);
+  for (const std::size_t n : {3u, 20u, 300u})
+    for (const int dimensions : {0, 1, 2}) {
+      Cloud cloud;
+      for (std::size_t i = 0; i < n; ++i) {
+        const double x = random.uniform(0, 1), y = random.uniform(0, 1);
+        cloud.points.push_back({dimensions > 0 ? x : 0, dimensions > 1 ? y : 0, 0});
+      }
+      for (const bool any : {false, true}) {
+        MatchOptions o = by(Objective::icp_gicp);
+        if (any) o.icp = every_pair(), o.overlap = 1;
+        try {
+          const Matching m = icp(test::shifted(cloud, {0, 0, 1e-3}), cloud, Pose{}, o, {});
+          for (const double v : m.pose.m) EXPECT_TRUE(std::isfinite(v)) << n << " " << dimensions;
+          EXPECT_GE(m.weak_directions.size(), 3u);
+        } catch (const Error&) {
+          continue;  // too few pairs pass the rejections
+        }
+      }
+    }
+}
+
+// Point to point creeps along a slope [Pottmann2006]; accelerated, it arrives.
+TEST(Icp, PointToPointArrives) {
+  const Scene s = terrain("", 6000);
+  const Pose away = test::turn_and_shift({0.1, 0.1, 1}, 1, test::middle_of(s.b), {6, -8, 2});
+  MatchOptions o = by(Objective::icp_point);
+  o.max_iterations = 500;
+  const Matching m = icp(test::posed(s.b, away), s.a, Pose{}, o, {});
+  EXPECT_TRUE(m.converged) << m.reason;
+  EXPECT_LT(m.iterations, 150);
+}
+
 TEST(Icp, FreedomAndScale) {
   const Cloud fixed = body(3000, 1);
   Cloud moving = body(3000, 2);
   for (Point3& p : moving.points) p = {1.02 * p.x + 0.2, 1.02 * p.y - 0.1, 1.02 * p.z};
-  for (const Objective objective : both_kinds) {
+  for (const Objective objective : every_kind) {
     MatchOptions o = by(objective);
     o.freedom.scale = true;
     EXPECT_NEAR(icp(moving, fixed, Pose{}, o, {}).scale * 1.02, 1, 2e-3);
@@ -477,11 +603,13 @@ TEST(Icp, WhatNothingHoldsIsNamedAndStays) {
   const auto flat = [&](const Point2&) { return 0.002 * random.uniform(-1, 1); };
   const Cloud a = test::cloud_over(test::framed_square(4000, 1), flat);
   const Cloud b = test::shifted(test::cloud_over(test::framed_square(3000, 2), flat), {0, 0, 0.03});
-  const Matching m = icp(b, a, Pose{}, by(Objective::icp_plane), {});
-  EXPECT_EQ(m.weak_directions.size(), 3u);
-  EXPECT_NEAR(m.pose.m[3], 0, 0.01);
-  EXPECT_NEAR(m.pose.m[7], 0, 0.01);
-  EXPECT_NEAR(m.pose.m[11], -0.03, 0.002);
+  for (const Objective objective : {Objective::icp_plane, Objective::icp_gicp}) {
+    const Matching m = icp(b, a, Pose{}, by(objective), {});
+    EXPECT_EQ(m.weak_directions.size(), 3u);
+    EXPECT_NEAR(m.pose.m[3], 0, 0.01);
+    EXPECT_NEAR(m.pose.m[7], 0, 0.01);
+    EXPECT_NEAR(m.pose.m[11], -0.03, 0.002);
+  }
 }
 
 TEST(Icp, LargeCoordinates) {

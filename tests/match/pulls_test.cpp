@@ -58,6 +58,13 @@ TEST(MatchPulls, PlanesOfPointsThatShareTheirNoise) {
   expect_covered(p);
 }
 
+TEST(MatchPulls, PlanesOnPlanes) {
+  test::PosePairs p;
+  p.options.objective = Objective::icp_gicp;
+  p.moving_points = 4500;
+  expect_covered(p);
+}
+
 // Points of a dense FIXED lie above and below one another within its noise, so a partner lies as the point does: the
 // matrix of the steps, which takes pairs as fixed, promises 1.4 times too much.
 TEST(MatchPulls, PlanesOfAFixedScanThatIsMuchDenser) {

@@ -119,6 +119,7 @@ void flatten(OrientedCloud& cloud) {
   for_each_index(cloud.points.size(),
                  [&](std::size_t i) { cloud.points[i] = cloud.points[i] - cloud.height[i] * cloud.normals[i]; });
   cloud.tree = std::make_unique<PointTree>(cloud.points);
+  cloud.boxes = std::make_unique<BoxTree>(cloud.points);
 }
 
 OrientedCloud thinned(const OrientedCloud& cloud, std::size_t most) {

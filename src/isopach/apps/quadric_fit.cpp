@@ -206,7 +206,7 @@ class Fitting {
       if (answers_.size() < least_pairs) return false;
       if (step < free_scale_steps) fit_.scale = scale_of(), width = tukey_width * fit_.scale;
       weigh(width);
-      fit_.information = pair_information(links_, true);
+      fit_.information = pair_information(links_, PairKind::plane);
       if (!(fit_.information.weight > 0)) return false;
       const PairInformation& in = fit_.information;
       const Twist twist = plane_step(in, Freedom{}, floor_);

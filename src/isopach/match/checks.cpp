@@ -32,13 +32,13 @@ void check_options(const MatchOptions& o) {
   if (!(icp.reject_normal >= 0) || icp.reject_normal > 90)
     throw UsageError(fmt::format(
         "@reject-normal: {} is no angle between normals: above 0 and up to 90 degrees, or none", icp.reject_normal));
-  const bool pairs = o.objective == Objective::icp_point || o.objective == Objective::icp_plane;
+  const bool pairs = of_pairs(o.objective);
   if (pairs && o.compare.weight.kind != WeightSource::Kind::none)
     throw UsageError("@weight: pairs of points have weights of their own: leave it out, or take @objective measure");
   if (!pairs && icp != IcpOptions{})
     throw UsageError(
         "@reject-distance, @reject-normal, @reject-boundary, @one-to-one, @symmetric and @pair-weights speak of "
-        "pairs: they need @objective icp-point or icp-plane");
+        "pairs: they need @objective icp-plane, icp-gicp or icp-point");
 }
 
 namespace {

@@ -29,7 +29,7 @@ namespace isopach {
 namespace {
 
 /// Whether it is of heights over a plane; pairs of points are of space, and need no height field.
-bool of_surfaces(Objective objective) { return objective == Objective::measure || objective == Objective::currents; }
+bool of_surfaces(Objective objective) { return !of_pairs(objective); }
 
 Fit fit_of(const Comparison& c) { return {c.measures.rho, c.measures.difference.rms, c.coverage}; }
 
@@ -61,7 +61,8 @@ Pair at_start(const CloudView& moving, const CloudView& fixed, Matching& m, stag
   stages::describe_inputs(fixed, moving, pair, c, context);
   describe(c, m);
 
-  clock.start("delaunay");  // once: no motion changes it
+  if (!of_surfaces(m.options.objective)) return pair;  // they look at points alone
+  clock.start("delaunay");                             // once: no motion changes it
   triangulate(pair, context);
 
   clock.start("border");

@@ -6,8 +6,13 @@
 namespace isopach {
 
 /// What is minimised. measure: ρ between the two triangulated surfaces; icp_point, icp_plane: the paper's (1) and (3);
-/// currents: (5).
-enum class Objective { measure, icp_point, icp_plane, currents };
+/// icp_gicp: plane to plane [Segal2009]; currents: (5).
+enum class Objective { measure, icp_point, icp_plane, icp_gicp, currents };
+
+/// Whether it is of pairs of nearest points, and not of surfaces.
+[[nodiscard]] constexpr bool of_pairs(Objective objective) {
+  return objective == Objective::icp_point || objective == Objective::icp_plane || objective == Objective::icp_gicp;
+}
 
 /// Which motions are allowed, about and along the projection direction (axes of the pair's frame).
 struct Freedom {
@@ -20,7 +25,7 @@ struct Freedom {
 /// MatchOptions::tolerance where it is 0, unless noise ends the search before.
 inline constexpr double default_match_tolerance = 1e-8;
 
-/// Objectives icp_point and icp_plane alone: which pairs of nearest points take part, and how much.
+/// Objectives of pairs alone: which pairs of nearest points take part, and how much.
 struct IcpOptions {
   /// Weight of a pair. tukey: falls from 1 to 0 with the residual (Tukey's biweight, width from the median), so that
   /// real change does not pull; uniform: all alike, the plain sums (1) and (3).
@@ -50,7 +55,7 @@ struct MatchOptions {
   bool check_pose = true;         ///< a verdict on the pose; where it is doubted, a coarse search by itself
   bool accept_doubt = false;      ///< the user knows of change: a pose that is not trusted is taken as it is
   bool label_points = false;      ///< Matching::agreement of every point of MOVING
-  IcpOptions icp;                 ///< objectives icp_point and icp_plane: which pairs take part
+  IcpOptions icp;                 ///< objectives of pairs: which of them take part
   double sigma = 0;               ///< currents: width of the kernel, unit of the scans; 0: 5 mean edges
 };
 

@@ -28,6 +28,8 @@ const char* to_text(Objective objective) {
       return "icp-point";
     case Objective::icp_plane:
       return "icp-plane";
+    case Objective::icp_gicp:
+      return "icp-gicp";
     case Objective::currents:
       return "currents";
   }
@@ -61,7 +63,7 @@ Json pose_json(const Matching& m) {
 }
 
 Json pairs_json(const Matching& m) {
-  if (m.options.objective != Objective::icp_point && m.options.objective != Objective::icp_plane) return nullptr;
+  if (!of_pairs(m.options.objective)) return nullptr;
   const IcpOptions& o = m.options.icp;
   const Json distance =
       o.reject_distance_absolute ? real(o.reject_distance) : Json(fmt::format("{}x", o.reject_distance));

@@ -78,7 +78,7 @@ std::vector<std::size_t> second_order(const Relation& relation) {
 Motion fit(const std::vector<Likeness>& pairs, const std::vector<std::size_t>& chosen) {
   Array<Link> links;
   for (const std::size_t i : chosen) links.push_back({pairs[i].moving, pairs[i].fixed, pairs[i].fixed_normal, 1, 0});
-  return point_step(links, pair_information(links, false), false);
+  return point_step(links, pair_information(links, PairKind::point), false);
 }
 
 std::vector<std::size_t> brought_together(const std::vector<Likeness>& pairs, const Motion& motion, double side) {

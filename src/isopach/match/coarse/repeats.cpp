@@ -184,7 +184,7 @@ SelfFit settled(const JudgedScan& scan, Motion motion, double reach) {
     const auto seen = static_cast<double>(links.size());
     if (seen < least_seen * asked) return {motion, 0, 0};
     if (step == fitting_steps) return {motion, seen / asked, fits / seen};
-    const PairInformation in = pair_information(links, true);
+    const PairInformation in = pair_information(links, PairKind::plane);
     constexpr double held = 1e-9;
     motion = moved(motion, plane_step(in, Freedom{}, held), in.centre);
   }

@@ -8,14 +8,14 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/match/checks.hpp"
 #include "isopach/match/pairs/icp_covariance.hpp"
+#include "isopach/match/pairs/means.hpp"
 
 namespace isopach {
 namespace {
 
 void check(const MatchOptions& o) {
   check_options(o);
-  if (o.objective != Objective::icp_point && o.objective != Objective::icp_plane)
-    throw UsageError("icp: the objective is icp-point or icp-plane");
+  if (!of_pairs(o.objective)) throw UsageError("icp: the objective is icp-plane, icp-gicp or icp-point");
 }
 
 Box3 box_of(const Array<Point3>& points) {
@@ -42,8 +42,9 @@ Matching run(const CloudView& moving, const CloudView& fixed, const Pose& start,
   both([&] { a = order_points(fixed, Pose{}, frame, project, 0, context); },
        [&] { b = order_points(moving, start, frame, project, 0, context); });
   check_boxes(b, a);
-  both([&] { orient(a, context); }, [&] { orient(b, context); });
-  const IcpState found = icp_search(b, a, Motion{}, options, FirstLevel::twice, context);
+  const Array<Index> ids = b.ids;
+  const IcpFound by_pairs = find_by_pairs(std::move(b), std::move(a), options, context);
+  const IcpState& found = by_pairs.state;
 
   Matching m;
   m.options = options;
@@ -55,12 +56,14 @@ Matching run(const CloudView& moving, const CloudView& fixed, const Pose& start,
   m.history = found.history;
   m.overlap = found.share;
   SearchResult judged;
-  find_icp_covariance(found, b, a, options, axis_names(frame), judged);
+  find_icp_covariance(found, by_pairs.moving, by_pairs.fixed, options, axis_names(frame), judged);
   take_covariance(judged, frame, m);
   m.weak_directions = judged.weak_directions;
   m.centre = frame.to_input(found.information.centre);
+  Array<unsigned char> linked(by_pairs.moving.points.size(), 0);
+  for (const Link& link : found.links) linked[link.query] = 1;
   m.stable.assign(moving.points.size(), 0);
-  for (const Link& link : found.links) m.stable[b.ids[link.query]] = 1;
+  for (std::size_t i = 0; i < ids.size(); ++i) m.stable[ids[i]] = linked[by_pairs.of_point[i]];
   return m;
 }
 

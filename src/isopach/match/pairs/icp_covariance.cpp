@@ -19,8 +19,8 @@ constexpr std::size_t points_of_a_cell = 8, most_cells = 4096;
 /// What the pairs pull, by runs of points of MOVING. A cell holds as many points of either scan at least.
 class PairCells {
  public:
-  PairCells(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed, bool plane)
-      : found_(found), plane_(plane) {
+  PairCells(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed, PairKind kind)
+      : found_(found), kind_(kind) {
     cell_ = points_of_a_cell;
     while (cell_ * fixed.points.size() < points_of_a_cell * moving.points.size() / 2) cell_ *= 2;
     while (moving.points.size() / cell_ > most_cells) cell_ *= 2;
@@ -35,15 +35,14 @@ class PairCells {
 
  private:
   void add(const Link& l, ScoreCell& c) const {
-    const Point3 d = l.moving - l.fixed;
-    const Vector7 pull = pair_row(found_.information, l.moving, plane_ ? dot(d, l.normal) * l.normal : d);
-    for (std::size_t k = 0; k < parameters; ++k) c.score[k] -= l.weight * pull[k];
-    c.information.add(pair_row(found_.information, l.moving, l.normal), l.weight);
+    const Vector7 drawn = pair_row(found_.information, l.moving, pull(l, kind_));
+    for (std::size_t k = 0; k < parameters; ++k) c.score[k] -= l.weight * drawn[k];
+    add_link(found_.information, l, kind_, c.information);
     c.weight += l.weight, c.x += l.weight * l.moving.x, c.y += l.weight * l.moving.y;
   }
 
   const IcpState& found_;
-  bool plane_;
+  PairKind kind_;
   std::size_t cell_;
   std::vector<ScoreCell> cells_;
 };
@@ -74,8 +73,7 @@ std::string words(const Vector& v, const std::array<std::string, 3>& axes) {
 
 void find_icp_covariance(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed,
                          const MatchOptions& options, const std::array<std::string, 3>& axes, SearchResult& result) {
-  const std::vector<ScoreCell> cells =
-      PairCells(found, moving, fixed, options.objective == Objective::icp_plane).take();
+  const std::vector<ScoreCell> cells = PairCells(found, moving, fixed, pair_kind(options.objective)).take();
   result.covariance = {};
   const double radius = result.radius = found.information.radius;
   double weight = 0;

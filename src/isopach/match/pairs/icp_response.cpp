@@ -22,7 +22,7 @@ class Response {
   Response(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed, const MatchOptions& options)
       : found_(found),
         options_(options),
-        plane_(options.objective == Objective::icp_plane),
+        kind_(pair_kind(options.objective)),
         stride_((std::max(moving.points.size(), fixed.points.size()) + most_asked - 1) / most_asked),
         forward_(moving, fixed, false),
         backward_(fixed, moving, true) {}
@@ -48,10 +48,9 @@ class Response {
  private:
   void add(PairSearch& search, const Motion& motion, Pull& pull) const {
     Array<Link> links = search.find(motion, stride_, options_.icp, options_.overlap);
-    set_weights(links, options_.icp.weights, plane_);
+    set_weights(links, options_.icp.weights, kind_);
     for (const Link& l : links) {
-      const Point3 d = l.moving - l.fixed;
-      const Vector7 row = pair_row(found_.information, l.moving, plane_ ? dot(d, l.normal) * l.normal : d);
+      const Vector7 row = pair_row(found_.information, l.moving, isopach::pull(l, kind_));
       pull.sum -= l.weight * Eigen::Map<const Vector>(row.data());
       pull.weight += l.weight;
     }
@@ -59,7 +58,7 @@ class Response {
 
   const IcpState& found_;
   const MatchOptions& options_;
-  bool plane_;
+  PairKind kind_;
   std::size_t stride_;
   PairSearch forward_, backward_;
 };
@@ -69,12 +68,12 @@ struct Totals {
   double weight = 0, squares = 0;  // Σ w, Σ w r² of the distances along the normals
 };
 
-Totals totals_of(const IcpState& found) {
+Totals totals_of(const IcpState& found, PairKind kind) {
   Totals t;
   const auto add = [&](const Array<Link>& links) {
     for (const Link& l : links) {
-      const double r = dot(l.moving - l.fixed, l.normal);
-      t.normal.add(pair_row(found.information, l.moving, l.normal), l.weight);
+      const double r = residual(l, kind);
+      add_link(found.information, l, kind, t.normal);
       t.weight += l.weight, t.squares += l.weight * r * r;
     }
   };
@@ -89,11 +88,24 @@ Vector7 pair_row(const PairInformation& information, const Point3& at, const Poi
   return {turn.x, turn.y, turn.z, direction.x, direction.y, direction.z, dot(arm, direction)};
 }
 
-Eigen::Matrix<double, 7, 7> pair_normal_matrix(const IcpState& found) { return matrix(totals_of(found).normal); }
+void add_link(const PairInformation& information, const Link& l, PairKind kind, Symmetric7& normal) {
+  if (kind != PairKind::planes) return normal.add(pair_row(information, l.moving, l.normal), l.weight);
+  const Symmetric3 p = precision(l);  // = L D Lᵀ: three distances along the columns of L
+  const double b = p.xy / p.xx, c = p.xz / p.xx, second = p.yy - b * p.xy;
+  const double d = (p.yz - b * p.xz) / second, third = p.zz - c * p.xz - d * d * second;
+  normal.add(pair_row(information, l.moving, {1, b, c}), l.weight * p.xx);
+  normal.add(pair_row(information, l.moving, {0, 1, d}), l.weight * second);
+  normal.add(pair_row(information, l.moving, {0, 0, 1}), l.weight * third);
+}
+
+Eigen::Matrix<double, 7, 7> pair_normal_matrix(const IcpState& found) {
+  return matrix(totals_of(found, PairKind::plane).normal);
+}
 
 Eigen::MatrixXd pull_response(const IcpState& found, const OrientedCloud& moving, const OrientedCloud& fixed,
                               const MatchOptions& options, const Eigen::Matrix<double, 7, Eigen::Dynamic>& basis) {
-  const Totals totals = totals_of(found);
+  const PairKind kind = pair_kind(options.objective) == PairKind::planes ? PairKind::planes : PairKind::plane;
+  const Totals totals = totals_of(found, kind);
   const Eigen::VectorXd size = (basis.transpose() * matrix(totals.normal) * basis).diagonal().cwiseSqrt();
   const double deviation = std::sqrt(totals.squares / totals.weight), radius = found.information.radius;
   Response response(found, moving, fixed, options);

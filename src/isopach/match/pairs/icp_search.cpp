@@ -10,6 +10,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/sum.hpp"
 #include "isopach/distance/vectors.hpp"
+#include "isopach/match/pairs/anderson.hpp"
 
 namespace isopach {
 namespace {
@@ -18,7 +19,8 @@ constexpr double least_share = 0.02;     // of the queries; below it nothing hol
 constexpr std::size_t least_links = 12;  // twice the freedoms
 constexpr std::size_t coarsest = 4096;   // points of the first level; each next one has 8 times more
 constexpr double same_error = 1e-6;      // relative change of E, at most
-constexpr double coarse_step = 1e-5;     // share of the radius: enough before the next level
+constexpr double last_deviations = 0.03, coarse_deviations = 0.1;
+constexpr double coarse_step = 1e-5;  // share of the radius: enough before the next level
 
 bool six_free(const Freedom& f) { return f.shift_x && f.shift_y && f.shift_z && f.turn_x && f.turn_y && f.turn_z; }
 
@@ -46,6 +48,15 @@ bool goes_round(const std::vector<Motion>& passed, const std::vector<double>& st
   return size_of(passed[passed.size() - 1 - window], passed.back(), centre, radius) < sum / 2;
 }
 
+/// By how much the step lowers E, if the pairs stay.
+double gain_of(const Twist& twist, const std::array<double, 49>& normal, double radius) {
+  const auto length_of = [&](std::size_t i) { return twist[i] * (i < 3 || i == 6 ? radius : 1); };
+  double gain = 0;
+  for (std::size_t i = 0; i < 7; ++i)
+    for (std::size_t j = 0; j < 7; ++j) gain += length_of(i) * normal[7 * i + j] * length_of(j);
+  return gain;
+}
+
 class Search {
  public:
   Search(const OrientedCloud& moving, const OrientedCloud& fixed, const MatchOptions& options, const Context& context)
@@ -54,14 +65,16 @@ class Search {
         icp_(options.icp),
         overlap_(options.overlap),
         context_(context),
-        plane_(options.objective == Objective::icp_plane),
+        kind_(pair_kind(options.objective)),
+        of_means_(moving.of_means || fixed.of_means),
         floor_(information_floor(moving, fixed)),
         forward_(moving, fixed, false),
         backward_(fixed, moving, true) {}
 
   IcpState run(const Motion& start, FirstLevel first) {
     std::vector<std::size_t> strides{1};
-    while (moving_.points.size() / strides.back() > 2 * coarsest) strides.push_back(strides.back() * 8);
+    while (first != FirstLevel::none && moving_.points.size() / strides.back() > 2 * coarsest)
+      strides.push_back(strides.back() * 8);
     std::reverse(strides.begin(), strides.end());
     begin(start, strides.front());
     level(strides.front(), strides.size() == 1);
@@ -94,7 +107,7 @@ class Search {
     level(stride, false);
     icp_ = o_.icp, overlap_ = o_.overlap;
     level(stride, last);
-    const double width = std::min(residual_width(strict.links, plane_), residual_width(state_.links, plane_));
+    const double width = std::min(residual_width(strict.links, kind_), residual_width(state_.links, kind_));
     if (fitting(state_.motion, stride, width) > fitting(strict.motion, stride, width)) return;
     state_ = std::move(strict);
   }
@@ -106,7 +119,7 @@ class Search {
     Sum sum;
     const auto add = [&](PairSearch& pairs) {
       for (const Link& l : pairs.find(motion, stride, all, 1))
-        if (residual(l, plane_) <= width) sum.add(l.weight);
+        if (residual(l, kind_) <= width) sum.add(l.weight);
     };
     add(forward_);
     if (o_.icp.symmetric) add(backward_);
@@ -115,7 +128,7 @@ class Search {
 
   void pair_up(std::size_t stride) {
     state_.links = forward_.find(state_.motion, stride, icp_, overlap_);
-    set_weights(state_.links, icp_.weights, plane_);
+    set_weights(state_.links, icp_.weights, kind_);
     const double asked = std::ceil(static_cast<double>(moving_.points.size()) / static_cast<double>(stride));
     state_.share = static_cast<double>(state_.links.size()) / asked;
     if (state_.share < least_share || state_.links.size() < least_links)
@@ -124,20 +137,25 @@ class Search {
           "the rejections; give @start, ask for @coarse, or loosen @reject-distance",
           state_.links.size(), asked));
     if (!icp_.symmetric) {
-      state_.information = pair_information(state_.links, plane_);
+      state_.information = pair_information(state_.links, kind_);
       return;
     }
     both_ = state_.links;
     state_.back = backward_.find(state_.motion, stride, icp_, overlap_);
-    set_weights(state_.back, icp_.weights, plane_);
+    set_weights(state_.back, icp_.weights, kind_);
     both_.insert(both_.end(), state_.back.begin(), state_.back.end());
-    state_.information = pair_information(both_, plane_);
+    state_.information = pair_information(both_, kind_);
   }
   [[nodiscard]] const Array<Link>& links() const { return icp_.symmetric ? both_ : state_.links; }
 
-  [[nodiscard]] Motion next() const {
+  [[nodiscard]] Motion next() {
     const PairInformation& in = state_.information;
-    if (plane_) return moved(state_.motion, plane_step(in, o_.freedom, floor_), in.centre);
+    if (kind_ != PairKind::point) {
+      const bool plane = kind_ == PairKind::plane;
+      const Twist twist = plane ? plane_step(in, o_.freedom, floor_) : planes_step(in, o_.freedom, floor_);
+      gain_ = gain_of(twist, plane ? in.normal : in.planes, in.radius);
+      return moved(state_.motion, twist, in.centre);
+    }
     if (six_free(o_.freedom)) return composed(point_step(links(), in, o_.freedom.scale), state_.motion);
     return moved(state_.motion, point_twist(links(), in, o_.freedom), in.centre);
   }
@@ -147,12 +165,27 @@ class Search {
         {std::numeric_limits<double>::quiet_NaN(), std::sqrt(state_.information.error), state_.share});
   }
 
+  /// Whether the last step was below so many standard deviations of the pose, were the residuals independent: means are
+  /// a sample, and the steps that follow are no larger.
+  [[nodiscard]] bool is_lost_in_noise(bool last) const {
+    const double deviations = last ? last_deviations : coarse_deviations;
+    return kind_ != PairKind::point &&
+           gain_ * static_cast<double>(links().size()) < deviations * deviations * state_.information.error;
+  }
+
+  /// Pairs of points hold every point in its place, so that their steps shrink slowly, in straight lines.
+  [[nodiscard]] bool accelerates(std::size_t steps) const {
+    constexpr std::size_t plain_steps = 5;
+    return kind_ == PairKind::point && steps >= plain_steps && six_free(o_.freedom);
+  }
+
   void level(std::size_t stride, bool last) {
     pair_up(stride);
     const double tolerance = o_.tolerance > 0 ? o_.tolerance : default_match_tolerance;
     int quiet = 0;
     std::vector<Motion> passed{state_.motion};
     std::vector<double> steps;
+    Anderson ahead(state_.motion, state_.information.centre, state_.information.radius);
     state_.converged = false;
     state_.reason = fmt::format("stopped after {} iterations (@max-iterations)", o_.max_iterations);
     while (state_.iterations < o_.max_iterations) {
@@ -160,14 +193,26 @@ class Search {
       const double error = state_.information.error, radius = state_.information.radius;
       const Point3 centre = state_.information.centre;
       const Motion before = state_.motion;
-      state_.motion = next();
+      const Motion plain = next();
       ++state_.iterations;
+      const bool fast = accelerates(steps.size());
+      state_.motion = fast ? ahead.next(before, plain) : plain;
       pair_up(stride);
+      if (fast && !(state_.information.error <= error)) {  // too far: the plain step does not raise E
+        ahead.forget();
+        state_.motion = plain;
+        pair_up(stride);
+      }
       note();
       const double step = size_of(before, state_.motion, centre, radius);
       if (step <= (last ? tolerance : std::max(tolerance, coarse_step)) * radius) {
         state_.converged = true;
         state_.reason = "the last step was below the tolerance";
+        return;
+      }
+      if (of_means_ && is_lost_in_noise(last)) {
+        state_.converged = true;
+        state_.reason = "the last step was nothing beside what noise does to the pose";
         return;
       }
       passed.push_back(state_.motion), steps.push_back(step);
@@ -192,8 +237,10 @@ class Search {
   IcpOptions icp_;  ///< and overlap_: what holds now; the options but in the first half of again()
   double overlap_;
   const Context& context_;
-  bool plane_;
+  PairKind kind_;
+  bool of_means_;
   double floor_;
+  double gain_ = 0;  ///< of the last step, but of points
   PairSearch forward_, backward_;
   Array<Link> both_;
   IcpState state_;

@@ -26,7 +26,8 @@ struct IcpState {
 /// How the first level is solved. once: from the start, with all rejections. twice: also from where all pairs alike,
 /// of any length, lead first, since rejections and weights that are taken from the pairs keep those that fit already
 /// (the ring of a scanner on the ring of the other); of the two the one goes on where more of the surface fits.
-enum class FirstLevel { once, twice };
+/// none: the start is near; all points at once.
+enum class FirstLevel { once, twice, none };
 
 /// From `start`, first on every k-th point, at last on all. Throws OverlapError where hardly any pair is left. Cost:
 /// O(log n) a point and step, less once the steps are small. Test: tests/match/icp_test.cpp.

@@ -78,7 +78,37 @@ std::string motion_words(const Eigen::Matrix<double, 6, 1>& v, const std::array<
 
 }  // namespace
 
-PairInformation pair_information(std::span<const Link> links, bool plane) {
+namespace {
+
+/// What the precisions make of the links: normal matrix, gradient and error, instead of those of (3).
+void add_planes(std::span<const Link> links, PairInformation& in) {
+  const Point3 centre = in.centre;
+  const double scale = 1 / in.radius;
+  const auto total = sums<36>(links, [&](const Link& l, auto& s) {
+    const Point3 a = scale * (l.moving - centre), d = l.moving - l.fixed;
+    const Symmetric3 p = precision(l);
+    // Columns of J: what a turn about each axis, a shift along it, and the scale do to the point.
+    const Point3 columns[7] = {{0, -a.z, a.y}, {a.z, 0, -a.x}, {-a.y, a.x, 0}, {1, 0, 0}, {0, 1, 0}, {0, 0, 1}, a};
+    const Point3 drawn = p * d;
+    std::size_t k = 0;
+    for (std::size_t i = 0; i < 7; ++i) {
+      const Point3 weighted = l.weight * (p * columns[i]);
+      for (std::size_t j = i; j < 7; ++j) s[k++] += dot(weighted, columns[j]);
+      s[28 + i] += l.weight * dot(columns[i], drawn);
+    }
+    s[35] += l.weight * dot(d, drawn);
+  });
+  std::size_t k = 0;
+  for (std::size_t i = 0; i < 7; ++i) {
+    for (std::size_t j = i; j < 7; ++j) in.planes[7 * i + j] = in.planes[7 * j + i] = total[k++] / in.weight;
+    in.gradient[i] = total[28 + i] / in.weight;
+  }
+  in.error = total[35] / in.weight;
+}
+
+}  // namespace
+
+PairInformation pair_information(std::span<const Link> links, PairKind kind) {
   PairInformation in;
   const auto mean = sums<4>(links, [](const Link& l, auto& s) {
     s[0] += l.weight;
@@ -102,7 +132,7 @@ PairInformation pair_information(std::span<const Link> links, bool plane) {
       for (std::size_t j = i; j < 7; ++j) s[k++] += w * row[j];
       s[28 + i] += w * r;
     }
-    s[35] += l.weight * (plane ? r * r : squared_length(d));
+    s[35] += l.weight * (kind == PairKind::point ? squared_length(d) : r * r);
   });
   std::size_t k = 0;
   for (std::size_t i = 0; i < 7; ++i) {
@@ -110,6 +140,7 @@ PairInformation pair_information(std::span<const Link> links, bool plane) {
     in.gradient[i] = total[28 + i] / in.weight;
   }
   in.error = total[35] / in.weight;
+  if (kind == PairKind::planes) add_planes(links, in);
   return in;
 }
 
@@ -117,6 +148,22 @@ Twist plane_step(const PairInformation& in, const Freedom& freedom, double floor
   const Matrix7 m = Eigen::Map<const Matrix7>(in.normal.data());
   const Vector7 g = -Eigen::Map<const Vector7>(in.gradient.data());
   return to_twist(solve(m, g, freedom, floor), in.radius);
+}
+
+Twist planes_step(const PairInformation& in, const Freedom& freedom, double floor) {
+  const std::vector<int> free = free_motions(freedom);
+  const Matrix7 holding = Eigen::Map<const Matrix7>(in.normal.data()),
+                all = Eigen::Map<const Matrix7>(in.planes.data());
+  const Spectrum<Eigen::Dynamic> axes = spectrum(Eigen::MatrixXd(holding(free, free)));
+  Eigen::Index weak = 0;  // eigenvalues ascend
+  while (weak < axes.values.size() && !(axes.values[weak] > floor)) ++weak;
+  if (weak == axes.values.size()) return {};
+  Basis7 held = Basis7::Zero(7, axes.values.size() - weak);
+  for (std::size_t i = 0; i < free.size(); ++i)
+    for (Eigen::Index k = 0; k < held.cols(); ++k)
+      held(free[i], k) = axes.vectors(static_cast<Eigen::Index>(i), weak + k);
+  const Vector7 g = -Eigen::Map<const Vector7>(in.gradient.data());
+  return to_twist(from_basis(held, Ldlt(within(held, all)).solve(along_basis(held, g))), in.radius);
 }
 
 Motion point_step(std::span<const Link> links, const PairInformation& in, bool scale) {

@@ -11,19 +11,24 @@
 
 namespace isopach {
 
-/// What the pairs say about each motion: the normal matrix of (3) in units of the scans' own size.
+/// What the pairs say about each motion, in units of the scans' own size.
 struct PairInformation {
   Point3 centre{0, 0, 0};            ///< weighted mean of the points; rotations are about it
   double radius = 1;                 ///< their RMS distance from it; turns and scale are counted in radius · angle
   double weight = 0;                 ///< sum of the weights
   double error = 0;                  ///< E: weighted mean of the squared residuals of the objective
-  std::array<double, 49> normal{};   ///< over `weight`; turn x, y, z, shift x, y, z, scale
-  std::array<double, 7> gradient{};  ///< of (3), over `weight`
+  std::array<double, 49> normal{};   ///< of (3), over `weight`; turn x, y, z, shift x, y, z, scale
+  std::array<double, 49> planes{};   ///< kind planes: Σ w JᵀPJ of the precisions, over `weight`
+  std::array<double, 7> gradient{};  ///< of (3), or of planes, over `weight`
 };
-[[nodiscard]] PairInformation pair_information(std::span<const Link> links, bool plane);
+[[nodiscard]] PairInformation pair_information(std::span<const Link> links, PairKind kind);
 
 /// Motions whose eigenvalue is below `floor` are not moved along. Frozen motions stay out.
 [[nodiscard]] Twist plane_step(const PairInformation& information, const Freedom& freedom, double floor);
+
+/// The Gauss–Newton step of kind planes, along the motions that (3) holds: precisions also draw each point to its
+/// partner, by plane_flatness, which holds what the surfaces leave free, where only the sampling of the scans decides.
+[[nodiscard]] Twist planes_step(const PairInformation& information, const Freedom& freedom, double floor);
 
 /// The rigid motion (and scale, if free) that minimises Σ w |motion(p) − q|², closed form [Horn1987], [Umeyama1991],
 /// from where MOVING is now. For links on a line or in one point the turn is not determined: the smallest is taken.

@@ -18,6 +18,7 @@ constexpr std::size_t normal_block = 256;
 constexpr double open_side = 0.8 * std::numbers::pi;
 constexpr std::size_t least_neighbours = 4;
 constexpr std::size_t most_neighbours = 8 * normal_neighbours;
+constexpr std::size_t most_neighbours_of_means = 2 * normal_neighbours;  // along a ring there is one in a brick
 // Of squared distances, 15th over 4th neighbour: more is of points along lines. A surface has 15/4, a line its square.
 constexpr double along_lines = 6;
 constexpr double narrow = 0.1;       // variance across over that along: less is more of a line
@@ -67,26 +68,52 @@ Array<Placed> kept_points(const CloudView& cloud, const Pose& pose, const Frame&
   return placed;
 }
 
-/// Cubes of side `cube`, or 2^21 of them along the longest side.
+/// Places along the Morton curve of cubes of side `cube`, or of 2^21 of them along the longest side of the box.
+class Curve {
+ public:
+  Curve(const Box3& box, double cube) : low_(box.min) {
+    const double side = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
+    constexpr double most = 0x1p21 - 1;
+    scale_ = side > 0 ? most / side : 0;
+    if (cube > 0) scale_ = std::min(scale_, 1 / cube);
+  }
+  [[nodiscard]] std::uint64_t key(const Point3& p) const {
+    const Point3 d = p - low_;
+    return spread(static_cast<std::uint64_t>(d.x * scale_)) | spread(static_cast<std::uint64_t>(d.y * scale_)) << 1 |
+           spread(static_cast<std::uint64_t>(d.z * scale_)) << 2;
+  }
+
+ private:
+  Point3 low_;
+  double scale_;
+};
+
 void set_keys(Array<Placed>& placed, double cube) {
   Box3 box;
   for (const Placed& q : placed) box.add(q.p);
-  const double side = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
-  constexpr double most = 0x1p21 - 1;
-  double scale = side > 0 ? most / side : 0;
-  if (cube > 0) scale = std::min(scale, 1 / cube);
-  for_each_index(placed.size(), [&](std::size_t i) {
-    const Point3 d = placed[i].p - box.min;
-    placed[i].key = spread(static_cast<std::uint64_t>(d.x * scale)) |
-                    spread(static_cast<std::uint64_t>(d.y * scale)) << 1 |
-                    spread(static_cast<std::uint64_t>(d.z * scale)) << 2;
-  });
+  const Curve curve(box, cube);
+  for_each_index(placed.size(), [&](std::size_t i) { placed[i].key = curve.key(placed[i].p); });
+}
+
+/// How many bricks of 2^shift of the smallest cubes hold a point.
+std::size_t count_bricks(const Array<std::uint64_t>& keys, unsigned shift) {
+  std::size_t count = 1;
+  for (std::size_t i = 1; i < keys.size(); ++i) count += keys[i] >> shift != keys[i - 1] >> shift ? 1 : 0;
+  return count;
+}
+
+/// Of octants in the order +x, from x to y on: whether no two beside one another are empty, as in an open side some
+/// are.
+bool all_sides(unsigned octants) {
+  const unsigned empty = ~octants & 0xffu;
+  return (empty & (empty >> 1 | empty << 7)) == 0;
 }
 
 /// Fits planes; keeps its room from point to point.
 class Fitter {
  public:
-  explicit Fitter(const OrientedCloud& cloud) : cloud_(cloud) {}
+  Fitter(const OrientedCloud& cloud, bool boundary)
+      : cloud_(cloud), boundary_(boundary), most_(cloud.of_means ? most_neighbours_of_means : most_neighbours) {}
 
   struct Plane {
     Point3 normal{0, 0, 0};
@@ -99,8 +126,8 @@ class Fitter {
     Plane plane;
     constexpr std::size_t fourth = 4;  // the point itself is the first
     bool rings = false;
-    for (std::size_t k = normal_neighbours; k <= most_neighbours; k *= 2) {
-      cloud_.tree->nearest(cloud_.points[i], k, found_);
+    for (std::size_t k = normal_neighbours; k <= most_; k *= 2) {
+      find(i, k);
       if (k == normal_neighbours) plane.area = distance2(i, found_.back());
       if (found_.size() < least_neighbours) return plane;
       if (k == normal_neighbours)
@@ -116,9 +143,9 @@ class Fitter {
     const Point3 across = axis(0), along = axis(2), beside = axis(1);
     plane.normal = across;
     plane.height = -dot(mean_, across);
-    plane.boundary = is_open(centre, along, beside);
-    if (plane.boundary && rings && found_.size() < most_neighbours) {
-      cloud_.tree->nearest(centre, most_neighbours, found_);
+    plane.boundary = boundary_ && is_open(centre, along, beside);
+    for (std::size_t k = 2 * found_.size(); plane.boundary && rings && k <= most_; k *= 2) {
+      find(i, k);  // what few of them close, all of them do
       plane.boundary = is_open(centre, along, beside);
     }
     const double noise2 = std::max(0.0, sizes[0]) / (n - 3);
@@ -128,6 +155,7 @@ class Fitter {
   }
 
  private:
+  void find(std::size_t i, std::size_t k) { cloud_.tree->nearest(cloud_.points[i], k, found_); }
   /// Mean (from point i) and second moments of the neighbours found, into mean_ and axes_.
   void scatter(std::size_t i) {
     const Point3 centre = cloud_.points[i];
@@ -143,20 +171,27 @@ class Fitter {
     }
     axes_ = spectrum(moments);
   }
-  [[nodiscard]] double distance2(std::size_t i, Index k) const {
-    return squared_length(cloud_.points[k] - cloud_.points[i]);
-  }
   [[nodiscard]] Point3 axis(int k) const {
     const auto& v = axes_.vectors;
     return {v(0, k), v(1, k), v(2, k)};
   }
+  [[nodiscard]] double distance2(std::size_t i, Index k) const {
+    return squared_length(cloud_.points[k] - cloud_.points[i]);
+  }
   bool is_open(const Point3& centre, const Point3& along, const Point3& beside) {
-    angles_.clear();
+    seen_.clear();
+    unsigned octants = 0;
     for (const Index k : found_) {
       const Point3 d = cloud_.points[k] - centre;
       const double x = dot(d, along), y = dot(d, beside);
-      if (x != 0 || y != 0) angles_.push_back(std::atan2(y, x));
+      if (x == 0 && y == 0) continue;
+      seen_.push_back({x, y});
+      const bool steep = std::fabs(y) > std::fabs(x), second = (x < 0) != (y < 0);
+      octants |= 1u << ((y < 0 ? 4u : 0u) + (second ? 2u : 0u) + (steep != second ? 1u : 0u));
     }
+    if (all_sides(octants)) return false;
+    angles_.clear();
+    for (const Point2& d : seen_) angles_.push_back(std::atan2(d.y, d.x));
     if (angles_.empty()) return true;
     std::sort(angles_.begin(), angles_.end());
     double widest = angles_.front() + 2 * std::numbers::pi - angles_.back();
@@ -165,7 +200,10 @@ class Fitter {
   }
 
   const OrientedCloud& cloud_;
+  bool boundary_;
+  std::size_t most_;
   std::vector<Index> found_;
+  std::vector<Point2> seen_;
   std::vector<double> angles_;
   Spectrum<3> axes_;
   Point3 mean_{0, 0, 0};
@@ -200,19 +238,57 @@ OrientedCloud order_points(const CloudView& cloud, const Pose& pose, const Frame
   return result;
 }
 
-void orient(OrientedCloud& cloud, const Context& context) {
+Means means_of(const OrientedCloud& cloud, std::size_t most) {
+  const std::size_t n = cloud.points.size();
+  Box3 box;
+  for (const Point3& p : cloud.points) box.add(p);
+  const Curve curve(box, 0);
+  Array<std::uint64_t> keys(n);
+  for_each_index(n, [&](std::size_t i) { keys[i] = curve.key(cloud.points[i]); });
+  unsigned shift = 0;
+  constexpr unsigned all = 63;
+  while (shift < all && count_bricks(keys, shift) > most) ++shift;
+  Means means;
+  means.of_point.resize(n);
+  OrientedCloud& c = means.cloud;
+  c.of_means = true;
+  for (std::size_t begin = 0, end = 0; begin < n; begin = end) {
+    Point3 sum{0, 0, 0};
+    for (; end < n && keys[end] >> shift == keys[begin] >> shift; ++end) {
+      sum = sum + (cloud.points[end] - cloud.points[begin]);
+      means.of_point[end] = static_cast<Index>(c.points.size());
+    }
+    c.points.push_back(cloud.points[begin] + (1 / static_cast<double>(end - begin)) * sum);
+    c.ids.push_back(cloud.ids[begin]);
+  }
+  return means;
+}
+
+Array<Point3> normals_at(OrientedCloud& cloud, const Array<Index>& which) {
+  if (!cloud.tree) cloud.tree = std::make_unique<PointTree>(cloud.points);
+  Array<Point3> normals(which.size());
+  for_blocks(which.size(), normal_block, [&](std::size_t begin, std::size_t end) {
+    Fitter fitter(cloud, false);
+    for (std::size_t i = begin; i < end; ++i) normals[i] = fitter.fit(which[i]).normal;
+  });
+  return normals;
+}
+
+void orient(OrientedCloud& cloud, const Context& context, const Orient& wanted) {
   context.check();
   const std::size_t n = cloud.points.size();
   cloud.tree = std::make_unique<PointTree>(cloud.points);
+  cloud.boxes = std::make_unique<BoxTree>(cloud.points);
   cloud.normals.resize(n);
   cloud.height.resize(n);
   cloud.boundary.resize(n);
   cloud.areas.resize(n);
   Array<double> slope_noise(n), roughness(n);
   for_blocks(n, normal_block, [&](std::size_t begin, std::size_t end) {
-    Fitter fitter(cloud);
+    Fitter fitter(cloud, wanted.boundary);
+    Fitter::Plane plane;
     for (std::size_t i = begin; i < end; ++i) {
-      const Fitter::Plane plane = fitter.fit(i);
+      if (i == begin || !(cloud.points[i] == cloud.points[i - 1])) plane = fitter.fit(i);  // where the last one is
       cloud.normals[i] = plane.normal;
       cloud.height[i] = plane.height;
       cloud.boundary[i] = plane.boundary ? 1 : 0;

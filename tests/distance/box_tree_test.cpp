@@ -1,0 +1,68 @@
+// The tree of boxes against every point.
+#include "isopach/distance/box_tree.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <utility>
+
+#include "tests/support/random.hpp"
+
+namespace isopach {
+namespace {
+
+using Near = std::vector<std::pair<double, Index>>;
+
+Near all_by_distance(const std::vector<Point3>& points, const Point3& p) {
+  Near all;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const double x = p.x - points[i].x, y = p.y - points[i].y, z = p.z - points[i].z;
+    all.emplace_back(x * x + y * y + z * z, static_cast<Index>(i));
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+/// In no order; of lattices many are equal, and most distances.
+std::vector<Point3> some_points(std::size_t n, bool lattice, std::uint64_t seed) {
+  test::Random random(seed);
+  std::vector<Point3> points;
+  const auto coordinate = [&] { return lattice ? static_cast<double>(random.below(6)) : random.uniform(0, 6); };
+  for (std::size_t i = 0; i < n; ++i) {
+    const double x = coordinate(), y = coordinate();
+    points.push_back({x, y, coordinate()});
+  }
+  return points;
+}
+
+void expect_as_of_all(const std::vector<Point3>& points, const Point3& p, Index begin) {
+  const BoxTree tree(points);
+  const Near all = all_by_distance(points, p);
+  const BoxTree::Two two = tree.nearest_two(p, begin);
+  EXPECT_EQ(two.first, all.empty() ? no_index : all[0].second);
+  EXPECT_EQ(two.second, all.size() < 2 ? no_index : all[1].second);
+}
+
+// Wherever the search begins, and of equally near ones those of the smaller index.
+TEST(BoxTree, NearestAreThoseOfEveryPoint) {
+  for (const bool lattice : {false, true})
+    for (const std::size_t n : {1u, 2u, 8u, 9u, 65u, 700u}) {
+      const std::vector<Point3> points = some_points(n, lattice, n);
+      test::Random random(4);
+      for (int i = 0; i < 30; ++i) {
+        const Point3 anywhere{random.uniform(-3, 9), random.uniform(-3, 9), static_cast<double>(random.below(9))};
+        const Point3 p = i % 2 == 0 ? anywhere : points[random.below(n)];
+        expect_as_of_all(points, p, i % 3 == 0 ? no_index : static_cast<Index>(random.below(n)));
+      }
+    }
+}
+
+TEST(BoxTree, OfNoPoints) {
+  const BoxTree tree({});
+  EXPECT_EQ(tree.nearest_two({1, 2, 3}).first, no_index);
+}
+
+TEST(BoxTree, OfOnePlaceManyTimes) { expect_as_of_all(std::vector<Point3>(300, {1, 2, 3}), {1, 2, 3}, 250); }
+
+}  // namespace
+}  // namespace isopach
