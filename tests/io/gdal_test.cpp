@@ -71,7 +71,7 @@ TEST(Gdal, MessagesKeepTheFirstFailureAsOneLine) {
     EXPECT_EQ(messages.failure(), "");
     CPLError(CE_Failure, CPLE_AppDefined, "first\nfailure");
     CPLError(CE_Failure, CPLE_AppDefined, "second");
-    EXPECT_EQ(messages.failure(), "first failure");
+    EXPECT_EQ(messages.failure(), "GDAL: first failure");
   }
   EXPECT_EQ(outer.failure(), "");
 }

@@ -20,8 +20,8 @@ namespace isopach {
                                  const Context& context, Pair& scans);
 
 /// compare() with the same options for pair after pair, each on memory that the one before it gave back: from the
-/// second pair of a size on no new page is touched. The results are those of compare(), bit for bit; they stay valid
-/// when the Comparer ends. Between calls it holds at most the memory that a comparison takes. Safe from several
+/// second pair of a size on large arrays touch no new page. The results are those of compare(), bit for bit; they stay
+/// valid when the Comparer ends. Between calls it holds at most the memory that a comparison takes. Safe from several
 /// threads. Test: Comparer.* in tests/compare/comparer_test.cpp.
 class Comparer {
  public:
