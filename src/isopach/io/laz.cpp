@@ -488,7 +488,7 @@ struct LazReader::State {
   /// Decompresses the next batch behind the records that are ready.
   void more() {
     const std::size_t length = file.record_length;
-    std::memmove(records.data(), records.data() + given * length, (ready - given) * length);
+    if (ready > given) std::memmove(records.data(), records.data() + given * length, (ready - given) * length);
     ready -= given, given = 0;
     records.resize((ready + std::min(batch, file.count - done)) * length);
     char* const into = records.data() + ready * length;
