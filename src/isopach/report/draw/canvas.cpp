@@ -39,7 +39,8 @@ namespace {
 void check(cairo_status_t status) {
   if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
   if (status != CAIRO_STATUS_SUCCESS)
-    throw Error(ExitCode::internal, std::string("map: cairo: ") + cairo_status_to_string(status));
+    throw Error(ExitCode::internal, std::string("map: cairo: ") + cairo_status_to_string(status) +
+                                        ": a library or font is broken, or memory is short");
 }
 
 }  // namespace
