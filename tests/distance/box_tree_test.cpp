@@ -4,7 +4,9 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <limits>
 #include <utility>
+#include <vector>
 
 #include "tests/support/random.hpp"
 
@@ -63,6 +65,18 @@ TEST(BoxTree, OfNoPoints) {
 }
 
 TEST(BoxTree, OfOnePlaceManyTimes) { expect_as_of_all(std::vector<Point3>(300, {1, 2, 3}), {1, 2, 3}, 250); }
+
+// Squares beyond 1e308, and poses that have left the numbers: a partner is a point all the same.
+TEST(BoxTree, ThereIsANearestWhateverTheNumbers) {
+  std::vector<Point3> points;
+  for (int i = 0; i < 100; ++i) points.push_back({i * 1e200, -i * 1e200, 0});
+  const BoxTree tree(points);
+  for (const double x :
+       {0.5e200, 1e308, std::numeric_limits<double>::quiet_NaN(), std::numeric_limits<double>::infinity()}) {
+    EXPECT_LT(tree.nearest_two({x, x, x}).first, points.size()) << x;
+    EXPECT_LT(tree.nearest_two({x, x, x}, 50).first, points.size()) << x;
+  }
+}
 
 }  // namespace
 }  // namespace isopach

@@ -126,6 +126,7 @@ BoxTree::Two BoxTree::nearest_two(const Point3& p) const { return nearest_two(p,
 BoxTree::Two BoxTree::nearest_two(const Point3& p, Index begin) const {
   BestTwo best;
   look(p, begin, best);
+  if (best.two.first == no_index && size_ > 0) best.two.first = 0;
   return best.two;
 }
 

@@ -18,7 +18,8 @@ class BoxTree {
   explicit BoxTree(std::span<const Point3> points);
 
   /// The two nearest points and their squared distances; no_index and infinity where there are fewer. Of equally near
-  /// ones that of the smaller index is the nearer. Oracle: tests/distance/box_tree_test.cpp.
+  /// ones that of the smaller index is the nearer. Where no squared distance is finite (places beyond 1e154, or that
+  /// are no number) the nearest is point 0, at infinity. Oracle: tests/distance/box_tree_test.cpp.
   struct Two {
     Index first = no_index, second = no_index;
     double first2 = std::numeric_limits<double>::infinity(), second2 = std::numeric_limits<double>::infinity();

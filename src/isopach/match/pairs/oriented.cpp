@@ -73,17 +73,22 @@ class Curve {
  public:
   Curve(const Box3& box, double cube) : low_(box.min) {
     const double side = std::max({box.max.x - box.min.x, box.max.y - box.min.y, box.max.z - box.min.z});
-    constexpr double most = 0x1p21 - 1;
     scale_ = side > 0 ? most / side : 0;
     if (cube > 0) scale_ = std::min(scale_, 1 / cube);
   }
   [[nodiscard]] std::uint64_t key(const Point3& p) const {
     const Point3 d = p - low_;
-    return spread(static_cast<std::uint64_t>(d.x * scale_)) | spread(static_cast<std::uint64_t>(d.y * scale_)) << 1 |
-           spread(static_cast<std::uint64_t>(d.z * scale_)) << 2;
+    return spread(cube_of(d.x)) | spread(cube_of(d.y)) << 1 | spread(cube_of(d.z)) << 2;
   }
 
  private:
+  /// Extents of 1e-309 or 1e308 overflow on the way: such points are in the first cube.
+  [[nodiscard]] std::uint64_t cube_of(double d) const {
+    const double cube = d * scale_;
+    return cube >= 0 && cube <= most ? static_cast<std::uint64_t>(cube) : 0;
+  }
+
+  static constexpr double most = 0x1p21 - 1;
   Point3 low_;
   double scale_;
 };
