@@ -236,6 +236,12 @@ std::string file_of_chunk(const LasFile& file, const Chunk& chunk) {
   return bytes;
 }
 
+// Where the file says that its table of chunks is: before the points, or at the end if it was written to a stream.
+std::int64_t place_of_table(const LasFile& file) {
+  const auto table = get_le<std::int64_t>(file.bytes.data() + file.points_at);
+  return table == -1 ? get_le<std::int64_t>(file.bytes.data() + file.bytes.size() - 8) : table;
+}
+
 // LASzip takes memory for as many records as the header says, and as many chunks as the table says; each of these needs
 // room for a first, uncompressed point.
 void check_table(const LasFile& file, const std::string& path) {
@@ -245,8 +251,7 @@ void check_table(const LasFile& file, const std::string& path) {
   if (get_le<std::uint16_t>(record->data.data()) < 2) return;  // not in chunks
   const std::size_t size = file.bytes.size();
   if (size - file.points_at < 8) fail(path, "the compressed points are cut short");
-  auto table = get_le<std::int64_t>(file.bytes.data() + file.points_at);
-  if (table == -1) table = get_le<std::int64_t>(file.bytes.data() + size - 8);  // written to a stream
+  const std::int64_t table = place_of_table(file);
   const auto at = static_cast<std::uint64_t>(table);
   if (table < 0 || at < file.points_at || at > size || size - at < 8)
     fail(path,
@@ -332,9 +337,7 @@ std::size_t points_in_chunks(const LasFile& file) {
   if (is_layered(file) || get_le<std::uint16_t>(record) != 2) return 0;
   const std::size_t points = get_le<std::uint32_t>(record + 12);
   if (points == 0 || points >= file.count) return 0;
-  auto table = get_le<std::int64_t>(file.bytes.data() + file.points_at);
-  if (table == -1) table = get_le<std::int64_t>(file.bytes.data() + file.bytes.size() - 8);
-  const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + static_cast<std::size_t>(table) + 4);
+  const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + place_of_table(file) + 4);
   return chunks == (file.count + points - 1) / points ? points : 0;
 }
 
