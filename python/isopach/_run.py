@@ -135,6 +135,16 @@ def _features(value: Any, keyword: str) -> list[tuple[str, list[list[tuple[float
     if geo is None:
         raise UsageError(f"{keyword}: {type(value).__name__}: needed is a file of polygons, a GeoDataFrame, an object with "
                          "__geo_interface__, GeoJSON as a dict, or an (n, 2) array")
+    try:
+        return _features_of(geo, keyword)
+    except UsageError:
+        raise
+    except (AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError):
+        raise UsageError(f"{keyword}: this is not GeoJSON of polygons: a part of it is missing, or of another type than "
+                         "GeoJSON has there") from None
+
+
+def _features_of(geo: Mapping[str, Any], keyword: str) -> list[tuple[str, list[list[tuple[float, float]]]]]:
     if geo.get("type") == "FeatureCollection":
         features = list(geo["features"])
     elif geo.get("type") == "Feature":

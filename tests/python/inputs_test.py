@@ -126,6 +126,16 @@ def test_polygons(terrain: isopach.Scene, tmp_path: pathlib.Path) -> None:
         isopach.compare(terrain.a, terrain.b, exclude={"type": "LineString", "coordinates": [[0, 0], [1, 1]]})
 
 
+@pytest.mark.parametrize("broken", [
+    {"type": "Polygon", "coordinates": None}, {"type": "Polygon"}, {"type": "Polygon", "coordinates": [[["x", 0]]]},
+    {"type": "Feature"}, {"type": "Feature", "geometry": None}, {"type": "FeatureCollection", "features": [None]},
+    {"type": "FeatureCollection"}, {"type": "GeometryCollection", "geometries": [7]},
+    {"type": "Polygon", "coordinates": [[[0, 0], [1], [1, 1]]]}])
+def test_geojson_with_a_part_missing_is_one_line(terrain: isopach.Scene, broken: dict[str, Any]) -> None:
+    with pytest.raises(isopach.UsageError, match="^include: .*GeoJSON of polygons"):
+        isopach.compare(terrain.a, terrain.b, include=broken)
+
+
 # --- objects of other libraries --------------------------------------------------------------------------------------
 
 
