@@ -2,18 +2,19 @@
 
 from __future__ import annotations
 
+import contextlib
 import difflib
 import logging
 import os
 import warnings
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from . import _core
 from ._check import float_of, path_of, shown
-from ._errors import ScanWarning, UsageError, error_of
+from ._errors import Error, ScanWarning, UsageError, error_of
 from ._progress import listener
 from ._scan import Scan, _scan_of, _threads, as_scan
 from ._spell import spell
@@ -137,9 +138,9 @@ def _features(value: Any, keyword: str) -> list[tuple[str, list[list[tuple[float
                          "__geo_interface__, GeoJSON as a dict, or an (n, 2) array")
     try:
         return _features_of(geo, keyword)
-    except UsageError:
+    except Error:
         raise
-    except (AttributeError, IndexError, KeyError, OverflowError, RecursionError, TypeError, ValueError):
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError):
         raise UsageError(f"{keyword}: this is not GeoJSON of polygons: a part of it is missing, or of another type than "
                          "GeoJSON has there") from None
 
@@ -233,6 +234,18 @@ def unknown_keyword(verb: str, keyword: str, known: Iterable[str]) -> str:
     return f"{verb}() got an unexpected keyword argument {keyword!r}{hint}"
 
 
+@contextlib.contextmanager
+def _taken_as(keyword: str) -> Iterator[None]:
+    """What a value that is none of those it may be raises on the way is told of its keyword."""
+    try:
+        yield
+    except Error:
+        raise
+    except (ArithmeticError, AttributeError, LookupError, RecursionError, TypeError, ValueError) as error:
+        reason = " ".join(str(error).split()) or type(error).__name__
+        raise UsageError(f"{keyword}: {reason[:200]}") from error
+
+
 def run(verb: str, positional: list[tuple[str, Any]], options: dict[str, Any], result_class: Any = None) -> Any:
     """Runs a verb. `positional`: (argument, scan or text). Returns the result, or raises what the run ends with."""
     threads, progress = options.pop("threads", None), options.pop("progress", None)
@@ -249,7 +262,8 @@ def run(verb: str, positional: list[tuple[str, Any]], options: dict[str, Any], r
             word = "./" + word
         call.put(word)
     for keyword, value in given.items():
-        _option(call, keyword, table[keyword], value)
+        with _taken_as(keyword):
+            _option(call, keyword, table[keyword], value)
     wanted = _threads(threads)
     if wanted:
         call.put(f"--threads={wanted}")

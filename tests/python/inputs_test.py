@@ -136,6 +136,12 @@ def test_geojson_with_a_part_missing_is_one_line(terrain: isopach.Scene, broken:
         isopach.compare(terrain.a, terrain.b, include=broken)
 
 
+def test_a_ragged_pose_is_one_line(terrain: isopach.Scene) -> None:
+    with pytest.raises(isopach.UsageError, match="^start: ") as told:
+        isopach.match(terrain.a, terrain.b, start=[np.zeros((0, 2)), np.zeros((1, 2))])
+    assert "\n" not in str(told.value)
+
+
 # --- objects of other libraries --------------------------------------------------------------------------------------
 
 
