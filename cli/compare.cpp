@@ -7,6 +7,7 @@
 
 #include "cli/answer.hpp"
 #include "cli/command.hpp"
+#include "cli/compare_request.hpp"
 #include "cli/match.hpp"
 #include "cli/output.hpp"
 #include "cli/parse.hpp"
@@ -42,22 +43,7 @@ constexpr const char* footer =
     "  isopach compare part.stl scan.ply --direction fit --unit mm --fail-above p95=0.05\n"
     "  isopach compare a.tif b.tif --crop 1000,2000,1500,2400 --json - | python3 -m json.tool";
 
-struct Request {
-  std::string path_a, path_b, pose_path;
-  CompareOptions options;
-  AreaPaths area;
-  std::vector<std::string> fail_above;
-  RegistrationError registration;
-  Option model;                // --uncertainty-model
-  double min_change_area = 0;  // if has_min_change_area
-  Option has_min_change_area;
-  bool no_layer_check = false, match = false, visible = false;
-  MatchOptions matching;  ///< compare and start are those of the comparison
-  Delivery delivery;
-  RunOptions run;
-};
-
-void add_projection_options(Command& command, Request& request) {
+void add_projection_options(Command& command, CompareRequest& request) {
   add_scan_options(
       command, request.options.project, request.pose_path, request.options.unit,
       "Direction that heights are measured along; fit: normal of the plane fitted to both scans (default z)",
@@ -73,7 +59,7 @@ void add_projection_options(Command& command, Request& request) {
                "Skip the search for several layers above one another, and for folds (saves time)");
 }
 
-void add_uncertainty_options(Command& command, Request& request) {
+void add_uncertainty_options(Command& command, CompareRequest& request) {
   UncertaintyOptions& options = request.options.uncertainty;
   command.heading("Uncertainty");
   command.parsed(
@@ -116,7 +102,7 @@ void add_uncertainty_options(Command& command, Request& request) {
                  "result.json of isopach match, for the covariance of its pose (default with --match: that found)");
 }
 
-void add_change_options(Command& command, Request& request) {
+void add_change_options(Command& command, CompareRequest& request) {
   ChangeOptions& options = request.options.changes;
   command.heading("Changes");
   command.flag("--changes", options.asked,
@@ -151,7 +137,7 @@ void add_currents_options(Command& command, CurrentsOptions& options) {
       .show_default();
 }
 
-void add_measure_options(Command& command, Request& request) {
+void add_measure_options(Command& command, CompareRequest& request) {
   CompareOptions& options = request.options;
   command.heading("Measure");
   command.choice<Surface>("--surface", options.surface,
@@ -220,7 +206,7 @@ void add_measure_options(Command& command, Request& request) {
 }
 
 /// What the matching knows of its pose, where the uncertainty wants that.
-void take_covariance(const PoseCovariance& covariance, const Request& request, UncertaintyOptions& u) {
+void take_covariance(const PoseCovariance& covariance, const CompareRequest& request, UncertaintyOptions& u) {
   if (!request.model.is_given() && u.sigma1.kind != SigmaSource::Kind::none) u.model = UncertaintyModel::registration;
   if (u.model != UncertaintyModel::registration || u.registration_error > 0 || u.registration_covariance) return;
   u.registration_covariance = covariance;
@@ -228,7 +214,7 @@ void take_covariance(const PoseCovariance& covariance, const Request& request, U
 }
 
 /// Before any file is read, let alone matched.
-void check_before_work(const Request& request) {
+void check_before_work(const CompareRequest& request) {
   CompareOptions expected = request.options;
   if (request.match) {
     take_covariance({}, request, expected.uncertainty);
@@ -240,7 +226,7 @@ void check_before_work(const Request& request) {
 
 /// Puts the pose of b on a into the options, and how well it is known where the uncertainty wants that; what the
 /// matching has to say goes into `remarks`.
-std::shared_ptr<const Matching> match_first(const CloudView& a, const CloudView& b, const Request& request,
+std::shared_ptr<const Matching> match_first(const CloudView& a, const CloudView& b, const CompareRequest& request,
                                             CompareOptions& options, std::vector<std::string>& remarks,
                                             const Run& run) {
   MatchOptions wanted = request.matching;
@@ -278,6 +264,28 @@ std::shared_ptr<const Matching> match_first(const CloudView& a, const CloudView&
   return found;
 }
 
+}  // namespace
+
+void add_compare_options(Command& command, CompareRequest& request) {
+  add_projection_options(command, request);
+  add_measure_options(command, request);
+}
+
+std::vector<Tolerance> settle_options(CompareRequest& request) {
+  std::vector<Tolerance> tolerances;
+  for (const std::string& text : request.fail_above)
+    for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
+  check_tolerances(tolerances, request.options);
+  request.options.percentiles = percentiles_of(tolerances);
+  request.options.check_layers = !request.no_layer_check;
+  request.options.uncertainty.registration_error = request.registration.shift;
+  request.options.uncertainty.registration_covariance = request.registration.covariance;
+  request.options.uncertainty.registration_source = request.registration.source;
+  if (request.has_min_change_area.is_given()) request.options.changes.min_area = request.min_change_area;
+  check_before_work(request);
+  return tolerances;
+}
+
 /// Of scans that were not matched: B that lies off A as a whole.
 void hint_at_matching(Comparison& c, const Context& context) {
   const std::optional<Displacement> found = plain_displacement(c, context);
@@ -299,8 +307,6 @@ void hint_at_matching(Comparison& c, const Context& context) {
                   motion, length(found->before), length(found->after)));
 }
 
-}  // namespace
-
 std::string CompareAnswer::json(const std::vector<std::string>& outputs) const {
   return comparison_json(comparison, outputs, matching.get());
 }
@@ -321,14 +327,13 @@ void CompareAnswer::require() const {
 }
 
 int run_compare(const Arguments& arguments) {
-  Request request;
+  CompareRequest request;
   Command command("compare", description, footer);
   command.positional("A", request.path_a,
                      "Reference scan, or the one before: XYZ, CSV, PTS, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC");
   command.positional("B", request.path_b, "Compared scan, or the one after");
   add_delivery_options(command, request.delivery, "");
-  add_projection_options(command, request);
-  add_measure_options(command, request);
+  add_compare_options(command, request);
   add_match_options(command, request.matching);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
@@ -337,17 +342,7 @@ int run_compare(const Arguments& arguments) {
   if (!request.pose_path.empty() && request.matching.coarse)
     throw UsageError("--pose and --coarse: give a start, or let the program search for one, not both");
   auto answer = std::make_unique<CompareAnswer>();
-  std::vector<Tolerance>& tolerances = answer->tolerances;
-  for (const std::string& text : request.fail_above)
-    for (Tolerance& tolerance : parse_tolerances(text)) tolerances.push_back(std::move(tolerance));
-  check_tolerances(tolerances, request.options);
-  request.options.percentiles = percentiles_of(tolerances);
-  request.options.check_layers = !request.no_layer_check;
-  request.options.uncertainty.registration_error = request.registration.shift;
-  request.options.uncertainty.registration_covariance = request.registration.covariance;
-  request.options.uncertainty.registration_source = request.registration.source;
-  if (request.has_min_change_area.is_given()) request.options.changes.min_area = request.min_change_area;
-  check_before_work(request);
+  answer->tolerances = settle_options(request);
   check_layers(request.delivery, request.options.project);
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 

@@ -18,6 +18,7 @@
 // Cost of an addition: 2.5 ns where a compensated one takes 1.6. Test:
 // tests/base/fixed_sum_test.cpp (against whole numbers).
 #pragma once
+#include <array>
 #include <bit>
 #include <cstdint>
 #include <initializer_list>
@@ -64,6 +65,17 @@ class FixedSum {
   void subtract(const FixedSum& other) {
     const std::uint64_t low = ~other.low_ + 1;
     combine(other, ~other.high_ + (low == 0 ? 1 : 0), low);
+  }
+
+  /// The sum as four words, to be kept in a file; and the sum that they are of.
+  [[nodiscard]] std::array<std::uint64_t, 4> words() const {
+    return {static_cast<std::uint64_t>(static_cast<UInt128>(high_) >> 64), static_cast<std::uint64_t>(high_), low_, base_};
+  }
+  [[nodiscard]] static FixedSum of_words(const std::array<std::uint64_t, 4>& words) {
+    FixedSum sum;
+    sum.high_ = static_cast<Int128>(UInt128{words[0]} << 64 | words[1]);
+    sum.low_ = words[2], sum.base_ = words[3];
+    return sum;
   }
 
   /// The double nearest to the sum, the even one of two; 0 for an empty sum.

@@ -147,6 +147,12 @@ class BlockOfCells {
     if (in_fold) add_inside(found.folded, convex(view_, i));
   }
 
+  /// A cell that counts nowhere here.
+  void leave_out(Index i) {
+    cells_.in_domain[i] = 0;
+    cells_.scanned[i] = 0;
+  }
+
   Found found;
 
  private:
@@ -258,7 +264,8 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   const CellRules rules(common, cells.xy, pair, borders, c.options);
   const std::vector<BorderSide> sides = sides_in_t(borders, common.nodes);
   const std::vector<RimCrossing> all_across = crossings(cells.triangulation, cells.xy, sides, context);
-  common.bounds = bounds_of(cells.view());
+  const bool may_overshoot = c.options.interpolation != Interpolation::linear;
+  common.bounds = may_overshoot || pair.frame.box.empty() ? bounds_of(cells.view()) : bounds_of(pair.frame);
   const SumScales scales(common.bounds);
   Found found = reduce_blocks<Found>(
       cells.triangulation.real, default_block,
@@ -269,6 +276,10 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
         for (std::size_t i = begin; i < end; ++i) {
           const auto first = next;
           while (next != all_across.end() && next->cell == i) ++next;
+          if (!common.counted.empty() && common.counted[i] == 0) {
+            block.leave_out(static_cast<Index>(i));
+            continue;
+          }
           block.judge(static_cast<Index>(i), {first, next});
           block.found.interface += rules.joins(cells.triangulation.triangles[i].v) ? 1 : 0;
         }

@@ -12,6 +12,7 @@
 #include "isopach/compare/currents.hpp"
 #include "isopach/compare/domain.hpp"
 #include "isopach/compare/noise.hpp"
+#include "isopach/compare/slivers.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/compare/weighting.hpp"
 #include "isopach/measure/volume/bend.hpp"
@@ -49,7 +50,8 @@ void measure_common(const stages::AreaOfInterest& area, const stages::Borders& b
     c.measures = measure(cells, context, c.options.percentiles);
     area.fill_budget(c, context);
   }
-  stages::describe_domain(cells, borders, c);
+  stages::describe_domain(borders, c);
+  stages::describe_slivers(cells, c);
   if (smooth[0]) c.measures.error_estimate = bend_error(cells, *smooth[0], *smooth[1], context).bound / c.domain_area;
 }
 

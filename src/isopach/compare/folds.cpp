@@ -51,7 +51,7 @@ Pair as_sampled(const Pair& pair) {
   copy.frame = pair.frame;
   for (std::size_t k = 0; k < 2; ++k) {
     const Scan& s = pair.scan[k];
-    copy.scan[k] = {s.field, s.t, with_folds(s.kept, s.folded), s.folded};
+    copy.scan[k] = {s.field, s.t, with_folds(s.kept, s.folded), s.folded, {}};
   }
   return copy;
 }

@@ -56,89 +56,6 @@ Array<Point2> hull_polygon(const Triangulation& t, std::span<const Point2> xy) {
   return polygon;
 }
 
-double longest_edge2(const CellView& cells, std::size_t i) {
-  const std::array<Index, 3> v = cells.corners(i);
-  double longest = 0;
-  for (Index k = 0; k < 3; ++k) {
-    const Point2 &p = cells.xy[v[k]], &q = cells.xy[v[next_side(k)]];
-    longest = std::max(longest, (p.x - q.x) * (p.x - q.x) + (p.y - q.y) * (p.y - q.y));
-  }
-  return longest;
-}
-
-// A border sliver: a cell with an edge over five times the median, reached from the rim of the domain through such
-// cells.
-constexpr double sliver_length = 5;
-constexpr double sliver_warning_share = 0.01;
-
-std::vector<Index> border_slivers(const CellView& cells) {
-  const std::size_t n = cells.t.real;
-  constexpr std::size_t enough = 20000;
-  const Index step = static_cast<Index>(n / enough + 1);
-  const auto in_domain = [&](Index t) { return !cells.t.is_ghost(t) && cells.in_domain[t] != 0; };
-  // Of cells by their first node, not by their number, which depends on how T was made.
-  auto sample = gather_blocks<std::vector<double>>(n, default_block, [&](std::size_t begin, std::size_t end) {
-    std::vector<double> some;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& v = cells.t.triangles[i].v;
-      if (std::min({v[0], v[1], v[2]}) % step == 0 && cells.in_domain[i] != 0) some.push_back(longest_edge2(cells, i));
-    }
-    return some;
-  });
-  if (sample.empty()) return {};
-  const double limit = median(sample) * sliver_length * sliver_length;
-  // Cells at the rim, seen from what lies beyond it.
-  const std::size_t all = cells.t.triangles.size();
-  auto slivers = gather_blocks<std::vector<Index>>(all, default_block, [&](std::size_t begin, std::size_t end) {
-    std::vector<Index> some;
-    for (auto i = static_cast<Index>(begin); i < end; ++i) {
-      if (in_domain(i)) continue;
-      for (const HalfEdge h : cells.t.triangles[i].n)
-        if (const Index t = triangle_of(h); in_domain(t) && longest_edge2(cells, t) > limit) some.push_back(t);
-    }
-    return some;
-  });
-  std::sort(slivers.begin(), slivers.end());
-  slivers.erase(std::unique(slivers.begin(), slivers.end()), slivers.end());
-  std::vector<bool> seen(n, false);
-  for (const Index i : slivers) seen[i] = true;
-  for (std::size_t next = 0; next < slivers.size(); ++next)
-    for (const HalfEdge h : cells.t.triangles[slivers[next]].n) {
-      const Index t = triangle_of(h);
-      if (!in_domain(t) || seen[t] || longest_edge2(cells, t) <= limit) continue;
-      seen[t] = true;
-      slivers.push_back(t);
-    }
-  return slivers;
-}
-
-void describe_slivers(const CellView& cells, Comparison& c) {
-  // A cell that a polygon cuts off is no border of the scans; one of which a border leaves a part is a cell of theirs.
-  Array<unsigned char> of_scans = c.cells.unclipped.empty() ? c.cells.in_domain : c.cells.unclipped;
-  for (const CellPiece& piece : cells.pieces) of_scans[piece.cell] = 1;
-  CellView unclipped = cells;
-  unclipped.in_domain = of_scans;
-  std::vector<Index> slivers = border_slivers(unclipped);
-  if (slivers.empty()) return;
-  VolumeSums sums{SumScales(bounds_of(cells))};
-  for (const Index i : slivers)
-    if (cells.in_domain[i] != 0) sums.add(cell_at(cells, i));
-  if (!cells.pieces.empty()) {
-    std::sort(slivers.begin(), slivers.end());
-    for (const CellPiece& piece : cells.pieces)
-      if (std::binary_search(slivers.begin(), slivers.end(), piece.cell)) sums.add(cell_of(piece));
-  }
-  c.sliver_area = sums.area.value() / c.measures.area;
-  c.sliver_volume = c.measures.volume.absolute > 0 ? sums.volume().absolute / c.measures.volume.absolute : 0;
-  if (c.sliver_volume > sliver_warning_share)
-    c.warnings.push_back(
-        fmt::format("long thin triangles along the border of the scans carry {:.1f} % of the absolute volume on {:.1f} "
-                    "% of the area: "
-                    "they bridge gaps between the outermost points, so look at the map before trusting that part{}",
-                    100 * c.sliver_volume, 100 * c.sliver_area,
-                    c.options.border == BorderRule::hull ? ", or leave them out with @border trim" : ""));
-}
-
 // Cells that belong to what both scans sampled, but not to the domain.
 FoldSummary left_out(const Comparison& c) { return c.options.folds == FoldRule::leave_out ? c.folds : FoldSummary{}; }
 
@@ -277,6 +194,10 @@ void describe_inputs(const CloudView& cloud_a, const CloudView& cloud_b, const P
   if (c.options.check_layers)
     both([&] { c.a.layered_share = layered_share(a, cloud_a, Pose{}, pair.frame, context); },
          [&] { c.b.layered_share = layered_share(b, cloud_b, c.options.pose, pair.frame, context); });
+  warn_of_layers(c);
+}
+
+void warn_of_layers(Comparison& c) {
   for (const InputSummary* s : {&c.a, &c.b})
     if (s->layered_share > 0.02)
       c.warnings.push_back(
@@ -382,10 +303,15 @@ Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Domain& dom
   for_both([&](std::size_t k) {
     const HeightField& field = pair.scan[k].field;
     const Triangulation& t = pair.scan[k].t;
-    footprints[k] = footprint(t, field.xy, trim, {options.max_edge, options.alpha}, context);
+    const Asked& asked = pair.scan[k].asked;
+    const double area = bounds_of(pair.frame).area;
+    footprints[k] =
+        footprint(t, field.xy, trim, {options.max_edge, options.alpha}, context,
+                  {asked.border, area, asked.kept_elsewhere});
     borders.in[k] = margins_of(footprints[k], k);
     if (look && !spreads[k].is_raster)
-      folds[k] = find_folds(t, field.xy, field.z, spreads[k].of_node, footprints[k], context);
+      folds[k] =
+          find_folds(t, field.xy, field.z, spreads[k].of_node, footprints[k], context, {asked.folds, area});
   });
   borders.kept_area = footprints[0].area + footprints[1].area;
   borders.removed_area = footprints[0].removed_area + footprints[1].removed_area;
@@ -504,7 +430,13 @@ void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comp
 }
 
 void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context) {
-  c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, domain, context);
+  const std::optional<SumBounds> bounds =
+      pair.frame.box.empty() ? std::nullopt : std::optional(bounds_of(pair.frame));
+  c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, domain, context, bounds);
+  check_detail(domain, c);
+}
+
+void check_detail(const Domain& domain, const Comparison& c) {
   if (!c.detail && c.options.measure == MeasureKind::dV)
     throw OverlapError(
         fmt::format("@measure dV: no triangle of the coarser scan lies in the area of the finer one{}: leave @measure "
@@ -512,7 +444,7 @@ void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const
                     !domain.is_everything() ? " and of @include, @exclude and @mask" : ""));
 }
 
-void describe_domain(const CellView& cells, const Borders& borders, Comparison& c) {
+void describe_domain(const Borders& borders, Comparison& c) {
   constexpr double least_single = 0.01;  // less is the rims of folds
   c.domain_area = c.measures.area;
   if (left_out(c).area > 0 && !(c.domain_area > least_single * (c.domain_area + left_out(c).area)))
@@ -542,7 +474,6 @@ void describe_domain(const CellView& cells, const Borders& borders, Comparison& 
     throw OverlapError(
         fmt::format("coverage is {:.6g}, below the {:.6g} that @min-coverage requires: the scans share too little area",
                     c.coverage, c.options.min_coverage));
-  describe_slivers(cells, c);
 }
 
 }  // namespace isopach::stages

@@ -47,6 +47,9 @@ void check_units(const CloudView& a, const CloudView& b, const CompareOptions& o
 void describe_inputs(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair, Comparison& c,
                      const Context& context);
 
+/// Where a scan has several layers on much of its area.
+void warn_of_layers(Comparison& c);
+
 /// Counts of triangles and visits, areas of the hulls. Throws OverlapError where a scan covers no area that is asked
 /// for.
 void describe_meshes(const Pair& pair, Comparison& c);
@@ -55,7 +58,8 @@ void describe_meshes(const Pair& pair, Comparison& c);
 struct Common {
   UnitedNodes nodes;
   Triangulation t;
-  SumBounds bounds{};  ///< of the cells, once they are made
+  SumBounds bounds{};             ///< of the cells, once they are made
+  Array<unsigned char> counted{};  ///< by real triangle, of a part of T (tiles/): whether it is measured; empty: all
 };
 /// The nodes of each scan in the other, by `method`. By interface T is made on the way, and returned; otherwise nothing
 /// is.
@@ -125,8 +129,10 @@ void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comp
 /// ρ_dV into c.detail, inside the domain. Throws OverlapError where there is none and options.measure
 /// asks for it.
 void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context);
+/// Throws that OverlapError.
+void check_detail(const Domain& domain, const Comparison& c);
 
-/// Area, coverage, shares trimmed and of long border triangles; throws OverlapError below options.min_coverage.
-void describe_domain(const CellView& cells, const Borders& borders, Comparison& c);
+/// Area, coverage, shares trimmed; throws OverlapError below options.min_coverage.
+void describe_domain(const Borders& borders, Comparison& c);
 
 }  // namespace isopach::stages

@@ -49,14 +49,10 @@ Box3 kept_box(const Filter& filter) {
       filter, [](Box3& box, const Point3& p) { box.add(p); }, [](Box3& total, const Box3& part) { total.add(part); });
 }
 
-Box2 field_box(const Filter& filter, const Frame& frame) {
-  return reduce_kept<Box2>(
-      filter,
-      [&](Box2& box, const Point3& p) {
-        const Point3 q = frame.to_field(p);
-        box.add(Point2{q.x, q.y});
-      },
-      [](Box2& total, const Box2& part) { total.add(part); });
+Box3 field_box(const Filter& filter, const Frame& frame) {
+  return reduce_kept<Box3>(
+      filter, [&](Box3& box, const Point3& p) { box.add(frame.to_field(p)); },
+      [](Box3& total, const Box3& part) { total.add(part); });
 }
 
 double largest_side(const Box3& box) {
@@ -200,6 +196,38 @@ Point3 Frame::to_input(const Point3& p) const {
           (r[2] * p.x + r[5] * p.y + r[8] * p.z) + origin.z};
 }
 
+namespace {
+
+/// Refuses coordinates that spread too far, or too little.
+void check_spread(const Box3& box, const std::string& name_a, const std::string& name_b) {
+  if (!(largest_side(box) <= max_extent))
+    throw InputError(fmt::format("{} and {}: the coordinates spread over {}, the most is {}; drop the outliers (crop)",
+                                 name_a, name_b, largest_side(box), max_extent));
+  if (largest_side(box) > 0 && largest_side(box) < min_extent)
+    throw InputError(fmt::format(
+        "{} and {}: the coordinates spread over {} alone, the least is {}, below which areas and volumes are "
+        "lost to rounding; write them in a smaller unit",
+        name_a, name_b, largest_side(box), min_extent));
+}
+
+/// All but the box and the curve.
+Frame frame_of(const Box3& box, const Point3& w) {
+  Frame frame;
+  frame.origin = {exact_origin(box.min.x, box.max.x), exact_origin(box.min.y, box.max.y),
+                  exact_origin(box.min.z, box.max.z)};
+  frame.rotation = frame_along(w);
+  frame.axis_aligned = (w.x != 0) + (w.y != 0) + (w.z != 0) == 1;
+  if (frame.axis_aligned)  // each coordinate is one of the input, moved exactly: those of the box are enough
+    for (const Point3& corner : {frame.to_field(box.min), frame.to_field(box.max)}) frame.box.add(corner);
+  return frame;
+}
+
+void set_curve(Frame& frame) {
+  frame.curve = curve_box({{frame.box.min.x, frame.box.min.y}, {frame.box.max.x, frame.box.max.y}});
+}
+
+}  // namespace
+
 Frame choose_frame(const CloudView& a, const CloudView& b, const Pose& pose_b, const ProjectOptions& options,
                    const Context& context) {
   context.check();
@@ -211,31 +239,86 @@ Frame choose_frame(const CloudView& a, const CloudView& b, const Pose& pose_b, c
     if (own.empty()) require_points(filter->cloud(), count_dropped(*filter));
     box.add(own);
   }
-  if (!(largest_side(box) <= max_extent))
-    throw InputError(fmt::format("{} and {}: the coordinates spread over {}, the most is {}; drop the outliers (crop)",
-                                 cloud_name(a), cloud_name(b), largest_side(box), max_extent));
-  if (largest_side(box) > 0 && largest_side(box) < min_extent)
-    throw InputError(fmt::format(
-        "{} and {}: the coordinates spread over {} alone, the least is {}, below which areas and volumes are "
-        "lost to rounding; write them in a smaller unit",
-        cloud_name(a), cloud_name(b), largest_side(box), min_extent));
+  check_spread(box, cloud_name(a), cloud_name(b));
   context.check();
-  Frame frame;
-  frame.origin = {exact_origin(box.min.x, box.max.x), exact_origin(box.min.y, box.max.y),
-                  exact_origin(box.min.z, box.max.z)};
-  const Point3 w = direction_of(filter_a, filter_b, box, options.direction);
-  frame.rotation = frame_along(w);
-  frame.axis_aligned = (w.x != 0) + (w.y != 0) + (w.z != 0) == 1;
-  Box2 plane;
-  if (frame.axis_aligned) {  // each coordinate is one of the input, moved exactly: those of the box are enough
-    for (const Point3& corner : {frame.to_field(box.min), frame.to_field(box.max)})
-      plane.add(Point2{corner.x, corner.y});
-  } else {
-    plane = field_box(filter_a, frame);
-    plane.add(field_box(filter_b, frame));
+  Frame frame = frame_of(box, direction_of(filter_a, filter_b, box, options.direction));
+  if (!frame.axis_aligned) {
+    frame.box = field_box(filter_a, frame);
+    frame.box.add(field_box(filter_b, frame));
   }
-  frame.curve = curve_box(plane);
+  set_curve(frame);
   return frame;
+}
+
+void ScanExtent::add(const ScanExtent& other) {
+  cleaning.points += other.cleaning.points;
+  cleaning.dropped_nonfinite += other.cleaning.dropped_nonfinite;
+  cleaning.dropped_class += other.cleaning.dropped_class;
+  cleaning.dropped_crop += other.cleaning.dropped_crop;
+  kept.add(other.kept), finite.add(other.finite);
+}
+
+ScanExtent extent_of(const CloudView& cloud, const Pose& pose, const ProjectOptions& options) {
+  const Filter filter(cloud, pose, options);
+  return {count_dropped(filter), kept_box(filter), reduce_blocks<Box3>(
+      filter.size(), default_block,
+      [&](std::size_t begin, std::size_t end) {
+        Box3 box;
+        for (std::size_t i = begin; i < end; ++i)
+          if (is_finite(cloud.points[i])) box.add(filter.posed(i));
+        return box;
+      },
+      [](Box3& total, const Box3& part) { total.add(part); })};
+}
+
+Frame choose_frame(const std::array<ScanExtent, 2>& extents, const std::array<std::string, 2>& names,
+                   const Direction& direction) {
+  Box3 box;
+  for (std::size_t k = 0; k < 2; ++k) {
+    if (extents[k].kept.empty()) {
+      Cloud nothing;
+      nothing.path = names[k];
+      require_points(nothing, extents[k].cleaning);
+    }
+    box.add(extents[k].kept);
+  }
+  check_spread(box, names[0], names[1]);
+  const auto refuse = [] {
+    return UsageError("@direction: scans that are looked at block by block are seen along an axis: take x, y or z");
+  };
+  Point3 w{0, 0, 1};
+  switch (direction.kind) {
+    case Direction::Kind::axis_x:
+      w = {1, 0, 0};
+      break;
+    case Direction::Kind::axis_y:
+      w = {0, 1, 0};
+      break;
+    case Direction::Kind::axis_z:
+      break;
+    case Direction::Kind::vector:
+      w = unit_vector(direction.vector);
+      break;
+    case Direction::Kind::fit:
+      throw refuse();
+  }
+  Frame frame = frame_of(box, w);
+  if (!frame.axis_aligned) throw refuse();
+  set_curve(frame);
+  return frame;
+}
+
+Array<Point3> points_in_frame(const CloudView& cloud, const Pose& pose, const Frame& frame,
+                              const ProjectOptions& options) {
+  const Filter filter(cloud, pose, options);
+  return gather_blocks<Array<Point3>>(filter.size(), default_block, [&](std::size_t begin, std::size_t end) {
+    Array<Point3> part;
+    for (std::size_t i = begin; i < end; ++i) {
+      const Point3 p = filter.posed(i);
+      if (filter.fate(i, p) == Filter::Fate::kept) part.push_back(frame.to_field(p));
+    }
+    return part;
+  });
 }
 
 }  // namespace isopach

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -44,6 +45,7 @@ struct Frame {
   std::array<double, 9> rotation{1, 0, 0, 0, 1, 0, 0, 0, 1};  ///< row-major; rows u, v, w; w = projection direction
   bool axis_aligned = true;                                   ///< rotation only permutes axes: no rounding
   CurveBox curve;                                             ///< the box both scans' Hilbert keys are counted in
+  Box3 box;                                                   ///< of the kept points of both scans, in this frame
 
   [[nodiscard]] Point3 to_field(const Point3& p) const;
   [[nodiscard]] Point3 to_input(const Point3& p) const;
@@ -74,6 +76,30 @@ struct HeightField {
 [[nodiscard]] Frame choose_frame(const CloudView& a, const CloudView& b, const Pose& pose_b,
                                  const ProjectOptions& options, const Context& context);
 
+/// What a look at all points of a scan tells, block by block for one that does not fit into memory.
+struct ScanExtent {
+  Cleaning cleaning;  ///< points and what is dropped of them
+  Box3 kept;          ///< of the kept points, input coordinates (after the pose)
+  Box3 finite;        ///< of all that are finite
+  void add(const ScanExtent& other);
+};
+[[nodiscard]] ScanExtent extent_of(const CloudView& cloud, const Pose& pose, const ProjectOptions& options);
+
+/// The same frame from the extents of both. Errors as above; UsageError for a direction that is no axis: it takes
+/// another look at the points. `names`: of both scans, for messages.
+[[nodiscard]] Frame choose_frame(const std::array<ScanExtent, 2>& extents, const std::array<std::string, 2>& names,
+                                 const Direction& direction);
+
+/// The kept points of a cloud, in the frame.
+[[nodiscard]] Array<Point3> points_in_frame(const CloudView& cloud, const Pose& pose, const Frame& frame,
+                                            const ProjectOptions& options);
+
+/// As project() of all that these points are the part of that lies in one square of the curve, which they keep the order
+/// of. `duplicates`: the policy; error merges as first, and it is for the caller to look at what was merged.
+/// `spread`, if given: by node, the largest difference of height of its points; empty where none were merged.
+[[nodiscard]] HeightField project_part(std::span<const Point3> in_frame, const Frame& frame, DuplicatePolicy duplicates,
+                                       Array<double>* spread, const Context& context);
+
 /// Projects one cloud. The result depends on the set of points, not on their order (but for DuplicatePolicy::first).
 /// Cost: O(n) (radix sort). Errors: InputError when the attribute "classification" is missing and classes are asked
 /// for, when duplicates are forbidden and present, and when no point is left.
@@ -91,6 +117,41 @@ struct HeightField {
 /// tests/field/layers_test.cpp. See the docs page "height field".
 [[nodiscard]] double layered_share(const HeightField& field, const CloudView& cloud, const Pose& pose,
                                    const Frame& frame, const Context& context);
+
+/// The same of a scan that is looked at part by part. First the parts, in the order of the curve, tell how their nodes
+/// lie on it; then all points are shown once more, in any order, of which some are judged.
+class LayerCheck {
+ public:
+  /// Nodes of the next part, which lie behind those before on the curve.
+  void add_nodes(std::span<const std::uint64_t> keys);
+  /// What another LayerCheck was told of nodes that lie behind these.
+  void add(const LayerCheck& behind);
+
+  /// Once all nodes are known. `points`: kept ones of the scan.
+  void begin(std::size_t points, const CurveBox& box);
+  void add_points(std::span<const Point3> in_frame);
+  /// As layered_share of the whole.
+  [[nodiscard]] double share(const Context& context);
+
+  struct State {  ///< what nodes tell, to be kept in a file
+    std::array<std::uint64_t, 33> counts{};
+    std::uint64_t first = 0, last = 0, nodes = 0;
+  };
+  [[nodiscard]] const State& state() const { return state_; }
+  explicit LayerCheck(const State& state) : state_(state) {}
+  LayerCheck() = default;
+
+ private:
+  struct Sampled {
+    std::uint64_t key;
+    Point3 at;
+  };
+  State state_;
+  CurveBox box_;
+  int level_ = 0;
+  std::uint64_t mask_ = 0;
+  Array<Sampled> sampled_;
+};
 
 /// The same of a cloud that is not projected yet. Errors: as project, but duplicates are never refused.
 [[nodiscard]] double layered_share(const CloudView& cloud, const Pose& pose, const Frame& frame,

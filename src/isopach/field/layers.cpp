@@ -156,9 +156,10 @@ struct Level {
   int level;
   std::size_t cells;  // occupied
 };
-Level cell_level(const Array<unsigned char>& shared, std::size_t points) {
-  using Counts = std::array<std::size_t, 33>;
-  const Counts counts = reduce_blocks<Counts>(
+using Counts = std::array<std::uint64_t, 33>;
+
+Counts counts_of(const Array<unsigned char>& shared) {
+  return reduce_blocks<Counts>(
       shared.size(), default_block,
       [&](std::size_t begin, std::size_t end) {
         Counts part{};
@@ -168,6 +169,9 @@ Level cell_level(const Array<unsigned char>& shared, std::size_t points) {
       [](Counts& total, const Counts& part) {
         for (std::size_t i = 0; i < total.size(); ++i) total[i] += part[i];
       });
+}
+
+Level cell_level(const Counts& counts, std::size_t points) {
   std::size_t cells = 1;
   for (int level = 0; level < 32; ++level) {
     const std::size_t finer = cells + counts[static_cast<std::size_t>(level)];
@@ -180,11 +184,14 @@ Level cell_level(const Array<unsigned char>& shared, std::size_t points) {
 // One cell in a power of two, told by the bits of its key, well mixed: a function of the place, spread evenly.
 class Sample {
  public:
-  explicit Sample(const Level& level)
-      : shift_(64 - 2 * level.level), mask_(std::bit_floor(std::max<std::size_t>(1, level.cells / enough_cells)) - 1) {}
+  explicit Sample(const Level& level) : Sample(level.level, mask_of(level.cells)) {}
+  Sample(int level, std::uint64_t mask) : shift_(64 - 2 * level), mask_(mask) {}
+  static std::uint64_t mask_of(std::size_t cells) {
+    return std::bit_floor(std::max<std::size_t>(1, cells / enough_cells)) - 1;
+  }
+  [[nodiscard]] std::uint64_t cell(std::uint64_t key) const { return shift_ >= 64 ? 0 : key >> shift_; }
   [[nodiscard]] bool holds(std::uint64_t key) const {
-    const std::uint64_t cell = shift_ >= 64 ? 0 : key >> shift_;
-    return ((cell * 0x9e3779b97f4a7c15ULL >> 32) & mask_) == 0;
+    return ((cell(key) * 0x9e3779b97f4a7c15ULL >> 32) & mask_) == 0;
   }
 
  private:
@@ -227,7 +234,20 @@ class Heights {
 
 struct Tally {
   std::size_t judged = 0, layered = 0;
+
+  // The points of one cell, in any order.
+  void judge(std::vector<Point3>& points, double width, Cell& cell) {
+    if (points.size() < least_points) return;
+    std::sort(points.begin(), points.end(), [](const Point3& a, const Point3& b) {
+      return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
+    });
+    ++judged;
+    layered += isopach::layered(points, width, cell);
+  }
+  [[nodiscard]] double share() const { return judged == 0 ? 0 : static_cast<double>(layered) / static_cast<double>(judged); }
 };
+
+double width_of(const CurveBox& box, int level) { return std::ldexp(1 / box.scale, 32 - level); }
 
 }  // namespace
 
@@ -235,9 +255,9 @@ double layered_share(const HeightField& field, const CloudView& cloud, const Pos
                      const Context& context) {
   context.check();
   const Array<unsigned char> shared = shared_levels(field.keys);
-  const Level found = cell_level(shared, count_kept(field.cleaning));
+  const Level found = cell_level(counts_of(shared), count_kept(field.cleaning));
   const Sample sample(found);
-  const double width = std::ldexp(1 / frame.curve.scale, 32 - found.level);
+  const double width = width_of(frame.curve, found.level);
   const auto begins_cell = [&](std::size_t node) { return node == 0 || shared[node] < found.level; };
   const Heights heights(cloud, pose, frame, field);
   // A cell is judged by the block in which it begins.
@@ -253,12 +273,7 @@ double layered_share(const HeightField& field, const CloudView& cloud, const Pos
           std::size_t node = k;
           do heights.add_points(node++, points);
           while (node < field.xy.size() && !begins_cell(node));
-          if (points.size() < least_points) continue;
-          std::sort(points.begin(), points.end(), [](const Point3& a, const Point3& b) {
-            return a.x != b.x ? a.x < b.x : a.y != b.y ? a.y < b.y : a.z < b.z;
-          });
-          ++part.judged;
-          part.layered += layered(points, width, cell);
+          part.judge(points, width, cell);
         }
         return part;
       },
@@ -266,7 +281,60 @@ double layered_share(const HeightField& field, const CloudView& cloud, const Pos
         total.judged += part.judged;
         total.layered += part.layered;
       });
-  return tally.judged == 0 ? 0 : static_cast<double>(tally.layered) / static_cast<double>(tally.judged);
+  return tally.share();
+}
+
+void LayerCheck::add_nodes(std::span<const std::uint64_t> keys) {
+  if (keys.empty()) return;
+  State part{counts_of(shared_levels(Array<std::uint64_t>(keys.begin(), keys.end()))), keys.front(), keys.back(),
+             keys.size()};
+  add(LayerCheck(part));
+}
+
+void LayerCheck::add(const LayerCheck& behind) {
+  const State& other = behind.state_;
+  if (other.nodes == 0) return;
+  if (state_.nodes == 0)
+    state_.first = other.first;
+  else
+    ++state_.counts[static_cast<std::size_t>(std::countl_zero(other.first ^ state_.last) / 2)];
+  for (std::size_t i = 0; i < other.counts.size(); ++i) state_.counts[i] += other.counts[i];
+  state_.last = other.last;
+  state_.nodes += other.nodes;
+}
+
+void LayerCheck::begin(std::size_t points, const CurveBox& box) {
+  const Level found = cell_level(state_.counts, points);
+  box_ = box, level_ = found.level, mask_ = Sample::mask_of(found.cells);
+}
+
+void LayerCheck::add_points(std::span<const Point3> in_frame) {
+  const Sample sample(level_, mask_);
+  const auto some = gather_blocks<Array<Sampled>>(in_frame.size(), default_block, [&](std::size_t begin, std::size_t end) {
+    Array<Sampled> part;
+    for (std::size_t i = begin; i < end; ++i) {
+      const std::uint64_t key = curve_key(box_, {in_frame[i].x, in_frame[i].y});
+      if (sample.holds(key)) part.push_back({sample.cell(key), in_frame[i]});
+    }
+    return part;
+  });
+  sampled_.insert(sampled_.end(), some.begin(), some.end());
+}
+
+double LayerCheck::share(const Context& context) {
+  context.check();
+  std::sort(sampled_.begin(), sampled_.end(), [](const Sampled& a, const Sampled& b) { return a.key < b.key; });
+  Tally tally;
+  Cell cell;
+  std::vector<Point3> points;
+  for (std::size_t i = 0; i < sampled_.size();) {
+    points.clear();
+    const std::size_t first = i;
+    do points.push_back(sampled_[i++].at);
+    while (i < sampled_.size() && sampled_[i].key == sampled_[first].key);
+    tally.judge(points, width_of(box_, level_), cell);
+  }
+  return tally.share();
 }
 
 double layered_share(const CloudView& cloud, const Pose& pose, const Frame& frame, const ProjectOptions& options,

@@ -1,5 +1,6 @@
 // project: filter, order along the curve, merge points that share (x, y).
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -179,6 +180,31 @@ HeightField project(const CloudView& cloud, const Pose& pose, const Frame& frame
   }
   field.xy.resize(nodes), field.z.resize(nodes), field.keys.resize(nodes);
   field.cleaning.duplicate_max_spread = merger.make_nodes(place);
+  return field;
+}
+
+HeightField project_part(std::span<const Point3> in_frame, const Frame& frame, DuplicatePolicy duplicates,
+                         Array<double>* spread, const Context& context) {
+  Frame same;  // of points that are in it already
+  same.curve = frame.curve;
+  ProjectOptions options;
+  options.duplicates = duplicates == DuplicatePolicy::error ? DuplicatePolicy::first : duplicates;
+  CloudView cloud;
+  cloud.points = in_frame;
+  if (in_frame.empty()) return {};
+  HeightField field = project(cloud, Pose{}, same, options, context);
+  if (spread == nullptr) return field;
+  spread->clear();
+  if (field.cleaning.duplicates == 0) return field;
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Array<double> least(field.xy.size(), infinity);
+  spread->assign(field.xy.size(), -infinity);
+  for (std::size_t i = 0; i < in_frame.size(); ++i) {
+    const Index node = field.node_of_point[i];
+    const double z = in_frame[i].z;
+    least[node] = std::min(least[node], z), (*spread)[node] = std::max((*spread)[node], z);
+  }
+  for_each_index(spread->size(), [&](std::size_t k) { (*spread)[k] -= least[k]; });
   return field;
 }
 

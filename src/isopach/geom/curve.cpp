@@ -4,6 +4,8 @@
 #include <array>
 #include <bit>
 #include <cmath>
+#include <limits>
+#include <numeric>
 
 #include "isopach/base/parallel.hpp"
 
@@ -200,6 +202,45 @@ CurveBox curve_box(const Box2& box) {
   int exponent = 0;
   if (extent > 0) std::frexp(extent, &exponent);  // extent < 2^exponent
   return {box.min, std::ldexp(1.0, 32 - exponent)};
+}
+
+namespace {
+
+// Doubles in their order as integers in theirs.
+std::int64_t rank_of(double x) {
+  const auto bits = std::bit_cast<std::int64_t>(x + 0.0);
+  return bits < 0 ? std::numeric_limits<std::int64_t>::min() - bits : bits;
+}
+double of_rank(std::int64_t rank) {
+  return std::bit_cast<double>(rank < 0 ? std::numeric_limits<std::int64_t>::min() - rank : rank);
+}
+
+/// The least double x with (x − min) · scale >= cell, as rounded: cells grow with x.
+double least_of_cell(double min, double scale, double cell) {
+  const double about = min + cell / scale, far = 4 / scale + 1e-9 * std::fabs(about);
+  std::int64_t below = rank_of(about - far), at = rank_of(about + far);
+  while (below + 1 < at) {
+    const std::int64_t middle = std::midpoint(below, at);
+    ((of_rank(middle) - min) * scale >= cell ? at : below) = middle;
+  }
+  return of_rank(at);
+}
+
+}  // namespace
+
+OpenBox curve_square(const CurveBox& box, const Point2& p, int level) {
+  OpenBox square;
+  if (level == 0) return square;
+  const Cell cell = cell_of(box, p);
+  const int shift = 32 - level;
+  const auto side = [&](double min, std::uint32_t c, double& low, double& high) {
+    const std::uint64_t first = std::uint64_t{c} >> shift << shift, next = first + (std::uint64_t{1} << shift);
+    if (first > 0) low = least_of_cell(min, box.scale, static_cast<double>(first));
+    if (next < std::uint64_t{1} << 32) high = least_of_cell(min, box.scale, static_cast<double>(next));
+  };
+  side(box.min.x, cell.x, square.low.x, square.high.x);
+  side(box.min.y, cell.y, square.low.y, square.high.y);
+  return square;
 }
 
 std::uint64_t curve_key(const CurveBox& box, const Point2& p) { return key_of(cell_of(box, p)); }

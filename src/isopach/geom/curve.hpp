@@ -9,6 +9,7 @@
 
 #include "isopach/base/array.hpp"
 #include "isopach/base/types.hpp"
+#include "isopach/geom/disc.hpp"
 #include "isopach/geom/vec.hpp"
 
 namespace isopach {
@@ -24,6 +25,12 @@ struct CurveBox {
 
 /// 64-bit Hilbert key of a point: 32 levels of the curve, most significant first.
 [[nodiscard]] std::uint64_t curve_key(const CurveBox& box, const Point2& p);
+
+/// The square of the quadtree, `level` levels down, that p lies in: every double is in one of them, since cells are a
+/// monotone function of each coordinate. A point with another square lies outside of the open box, whose low sides are
+/// the least coordinates of the square and whose high sides the least of the next ones; at the ends of an axis it is
+/// open to infinity. 0 <= level <= 32. Cost: 64 steps of bisection a side. Oracle: tests/geom/curve_test.cpp.
+[[nodiscard]] OpenBox curve_square(const CurveBox& box, const Point2& p, int level);
 
 /// Ids of the points in curve order: by key, equal keys lexicographically, equal points by id. A function of the point
 /// set up to the ids of equal points. Cost: a radix sort from the highest bits that differ; O(n) for all but

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace isopach {
 
@@ -32,7 +33,13 @@ struct Box2 {
   void add(const Box2& b) {
     if (!b.empty()) add(b.min), add(b.max);
   }
+  [[nodiscard]] double area() const { return empty() ? 0 : (max.x - min.x) * (max.y - min.y); }
 };
+[[nodiscard]] inline Box2 box_of(std::span<const Point2> points) {
+  Box2 box;
+  for (const Point2& p : points) box.add(p);
+  return box;
+}
 
 struct Box3 {
   Point3 min{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(),

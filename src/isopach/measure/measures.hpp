@@ -10,6 +10,7 @@
 #include "isopach/base/context.hpp"
 #include "isopach/delaunay/first_corner.hpp"
 #include "isopach/delaunay/triangulation.hpp"
+#include "isopach/field/height_field.hpp"
 #include "isopach/overlay/overlay.hpp"
 #include "isopach/overlay/regions.hpp"
 
@@ -71,6 +72,10 @@ struct SumBounds {
   double area = 0;        ///< of the box of all nodes; of cells that do not overlap
   double difference = 0;  ///< |d|: z2 and z1 lie within the heights at the nodes
 };
+
+/// Of the box of all points of both scans; zeros where the frame knows none. A function of the pair, not of the nodes
+/// that take part: sums over parts of the scans go together.
+[[nodiscard]] SumBounds bounds_of(const Frame& frame);
 
 /// The cells that are measured: real triangles of T whose flag is set, d = z2 − z1 linear on each, and the pieces of
 /// those that the domain holds a part of (see source.hpp).

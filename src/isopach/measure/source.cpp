@@ -24,6 +24,13 @@ struct Heights {
 
 }  // namespace
 
+SumBounds bounds_of(const Frame& frame) {
+  const Box3& box = frame.box;
+  if (box.empty()) return {};
+  const double height = box.max.z - box.min.z, largest = std::max(std::fabs(box.min.z), std::fabs(box.max.z));
+  return {(box.max.x - box.min.x) * (box.max.y - box.min.y), height + slack * largest};
+}
+
 SumBounds bounds_of(const CellView& cells) {
   if (cells.bounds) return *cells.bounds;
   struct Part {

@@ -4,8 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
+#include "isopach/delaunay/first_corner.hpp"
 #include "isopach/geom/predicates.hpp"
 
 namespace isopach {
@@ -124,7 +125,8 @@ class Spacings {
 
 /// abc / 4A: the area of a thin triangle exactly, before it is rounded.
 double circumradius(const Triangle& t, std::span<const Point2> xy) {
-  const Point2 &a = xy[t.v[0]], &b = xy[t.v[1]], &c = xy[t.v[2]];
+  const std::array<Index, 3> v = from_first_corner(t.v);
+  const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
   const double ab = std::hypot(b.x - a.x, b.y - a.y), bc = std::hypot(c.x - b.x, c.y - b.y),
                ca = std::hypot(a.x - c.x, a.y - c.y);
   const double left = (b.x - a.x) * (c.y - a.y), right = (b.y - a.y) * (c.x - a.x);
@@ -135,21 +137,47 @@ double circumradius(const Triangle& t, std::span<const Point2> xy) {
 
 enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
 
-void trim(const Triangulation& t, std::span<const Point2> xy, const Array<double>& third2, Array<unsigned char>& mark) {
+/// Square of the spacing that a triangle is measured by, where it is stretched more than rim_stretch, else 0.
+class Stretches {
+ public:
+  Stretches(const Triangulation& t, std::span<const Point2> xy, const Array<double>& third2)
+      : t_(t), xy_(xy), third2_(third2), spacings_(t, third2) {}
+
+  [[nodiscard]] double spacing2_if_stretched(std::size_t i) {
+    const Triangle& triangle = t_.triangles[i];
+    const double length2 = longest_edge2(triangle, xy_);
+    // Each corner has the other two as neighbours, so no spacing is less than the least of the three.
+    const double least = std::min({third2_[triangle.v[0]], third2_[triangle.v[1]], third2_[triangle.v[2]]});
+    if (length2 <= rim_stretch * rim_stretch * least) return 0;
+    double s2 = 0;
+    for (Index k = 0; k < 3; ++k) s2 = std::max(s2, spacings_.at(half_edge(static_cast<Index>(i), k)));
+    return length2 <= rim_stretch * rim_stretch * s2 ? 0 : s2;
+  }
+
+ private:
+  const Triangulation& t_;
+  std::span<const Point2> xy_;
+  const Array<double>& third2_;
+  Spacings spacings_;
+};
+
+bool is_beyond(const SizeLimits& limits, const Triangle& triangle, std::span<const Point2> xy) {
+  return (limits.edge > 0 && longest_edge2(triangle, xy) > limits.edge * limits.edge) ||
+         (limits.circumradius > 0 && circumradius(triangle, xy) > limits.circumradius);
+}
+
+void trim(const Triangulation& t, std::span<const Point2> xy, const Array<double>& third2, const AskedTriangles& asked,
+          Array<unsigned char>& mark) {
   std::vector<Index> front =
       gather_blocks<std::vector<Index>>(t.real, default_block, [&](std::size_t begin, std::size_t end) {
         std::vector<Index> seeds;
-        Spacings spacings(t, third2);
+        Stretches stretches(t, xy, third2);
         for (std::size_t i = begin; i < end; ++i) {
           const Triangle& triangle = t.triangles[i];
-          const double length2 = longest_edge2(triangle, xy);
-          // Each corner has the other two as neighbours, so no spacing is less than the least of the three.
-          const double least = std::min({third2[triangle.v[0]], third2[triangle.v[1]], third2[triangle.v[2]]});
           mark[i] = kept;
-          if (length2 <= rim_stretch * rim_stretch * least) continue;
-          double s2 = 0;
-          for (Index k = 0; k < 3; ++k) s2 = std::max(s2, spacings.at(half_edge(static_cast<Index>(i), k)));
-          if (length2 <= rim_stretch * rim_stretch * s2) continue;
+          if (!asked.holds(i)) continue;
+          const double s2 = stretches.spacing2_if_stretched(i), length2 = s2 > 0 ? longest_edge2(triangle, xy) : 0;
+          if (!(s2 > 0)) continue;
           mark[i] = stretched;
           const bool at_hull =
               std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) { return t.is_ghost(triangle_of(h)); });
@@ -173,35 +201,54 @@ void trim(const Triangulation& t, std::span<const Point2> xy, const Array<double
 
 struct Totals {
   Index removed = 0;
-  Sum area, removed_area;
+  FixedSum area, removed_area;
 };
+
+double area_of(const Triangle& t, std::span<const Point2> xy) {
+  const std::array<Index, 3> v = from_first_corner(t.v);
+  const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+}
 
 }  // namespace
 
+Array<unsigned char> plainly_kept(const Triangulation& t, std::span<const Point2> xy, bool trim_rim,
+                                  const SizeLimits& limits, const Context& context) {
+  context.check();
+  Array<unsigned char> plain(t.real);
+  const Array<double> third2 = trim_rim && t.real > 0 ? squared_third_edges(t, xy) : Array<double>();
+  for_blocks(t.real, default_block, [&](std::size_t begin, std::size_t end) {
+    Stretches stretches(t, xy, third2);
+    for (std::size_t i = begin; i < end; ++i) {
+      const bool is_stretched = trim_rim && stretches.spacing2_if_stretched(i) > 0;
+      plain[i] = is_stretched || is_beyond(limits, t.triangles[i], xy) ? 0 : 1;
+    }
+  });
+  return plain;
+}
+
 Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim_rim, const SizeLimits& limits,
-                    const Context& context) {
+                    const Context& context, const AskedTriangles& asked) {
   context.check();
   Footprint f;
   f.removed.resize(t.real);
   if (trim_rim && t.real > 0) {
     f.third2 = squared_third_edges(t, xy);
-    trim(t, xy, f.third2, f.removed);
+    trim(t, xy, f.third2, asked, f.removed);
   } else {
     std::fill(f.removed.begin(), f.removed.end(), kept);
   }
-  const Totals all = reduce_blocks<Totals>(
+  const FixedScale scale{1, asked.area_bound > 0 ? asked.area_bound : box_of(xy).area()};
+  Totals all = reduce_blocks<Totals>(
       t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        Totals part;
+        Totals part{0, FixedSum(scale), FixedSum(scale)};
         for (std::size_t i = begin; i < end; ++i) {
-          const auto& v = t.triangles[i].v;
-          const bool gone = f.removed[i] == taken ||
-                            (limits.edge > 0 && longest_edge2(t.triangles[i], xy) > limits.edge * limits.edge) ||
-                            (limits.circumradius > 0 && circumradius(t.triangles[i], xy) > limits.circumradius);
+          const bool is_asked = asked.holds(i);
+          const bool gone = is_asked && (f.removed[i] == taken || is_beyond(limits, t.triangles[i], xy));
           f.removed[i] = gone ? 1 : 0;
           part.removed += gone ? 1 : 0;
-          const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
-          (gone ? part.removed_area : part.area).add(0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)));
+          if (is_asked) (gone ? part.removed_area : part.area).add(area_of(t.triangles[i], xy));
         }
         return part;
       },
@@ -210,7 +257,9 @@ Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool tri
         total.area.add(part.area);
         total.removed_area.add(part.removed_area);
       });
+  all.area.add(asked.kept_elsewhere);
   if (all.removed == 0) f.removed.clear();
+  f.kept_sum = all.area, f.removed_sum = all.removed_area;
   f.area = all.area.value();
   f.removed_area = all.removed_area.value();
   return f;

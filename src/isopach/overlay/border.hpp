@@ -18,6 +18,7 @@
 #include <vector>
 
 #include "isopach/base/context.hpp"
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/overlay/common.hpp"
 #include "isopach/overlay/location.hpp"
 
@@ -30,6 +31,7 @@ inline constexpr double gap_stretch = 7;
 struct Footprint {
   Array<unsigned char> removed;       ///< one flag per real triangle; empty if none is
   double area = 0, removed_area = 0;  ///< of those kept and of those removed
+  FixedSum kept_sum, removed_sum;     ///< the same, before they are rounded
   Array<double> third2;               ///< squared_third_edges of the triangulation, where the rule has asked for them
 
   [[nodiscard]] bool is_whole() const { return removed.empty(); }
@@ -42,12 +44,29 @@ struct SizeLimits {
   double circumradius = 0;  ///< alpha: those within it are the alpha shape [Edelsbrunner1983]
 };
 
+/// Of a triangulation that is a part of a larger one, or holds a part of it (tiles/): which of its real triangles are
+/// asked about. The others are kept, no border spreads through them, and they count in no area. Default: all of one
+/// that is whole.
+struct AskedTriangles {
+  std::span<const unsigned char> flags = {};  ///< by real triangle; empty: all
+  double area_bound = 0;                      ///< of the areas of all that are added up; 0: of the box of the nodes
+  FixedSum kept_elsewhere = {};               ///< area of those that are not asked about, here or in other parts
+
+  [[nodiscard]] bool holds(std::size_t triangle) const { return flags.empty() || flags[triangle] != 0; }
+};
+
 /// The footprint by the rule above. `trim` false: the hull. Triangles beyond `limits` are removed under either; the
 /// circumradius is computed in doubles, within 1e-12 of itself even for slivers. A function of the set of
 /// nodes: no order, number of threads, unit or density enters. Degenerate: without a real triangle nothing is removed.
 /// Cost O(nodes) in parallel, then O(removed). Oracle: the definition, node by node, tests/overlay/border_test.cpp.
 [[nodiscard]] Footprint footprint(const Triangulation& t, std::span<const Point2> xy, bool trim,
-                                  const SizeLimits& limits, const Context& context);
+                                  const SizeLimits& limits, const Context& context, const AskedTriangles& asked = {});
+
+/// By real triangle whether no look beyond its neighbourhood is needed to know that the footprint keeps it: it is
+/// stretched by rim_stretch at most, if `trim`, and within `limits`. Right for triangles of which the nodes, and their
+/// neighbours, have all of their triangles. Cost O(nodes) in parallel.
+[[nodiscard]] Array<unsigned char> plainly_kept(const Triangulation& t, std::span<const Point2> xy, bool trim,
+                                                const SizeLimits& limits, const Context& context);
 
 /// By node of a triangulation: the square of its third-shortest edge, of the longest where there are fewer. Cost
 /// O(nodes).

@@ -9,7 +9,7 @@
 
 #include "isopach/base/median.hpp"
 #include "isopach/base/parallel.hpp"
-#include "isopach/base/sum.hpp"
+#include "isopach/delaunay/first_corner.hpp"
 #include "isopach/geom/predicates.hpp"
 
 namespace isopach {
@@ -193,14 +193,17 @@ struct Covered {
 };
 
 Covered covered_nodes(const Stars& stars, std::span<const Point2> xy, std::span<const double> z,
-                      std::span<const double> spread, std::span<const double> third2) {
+                      std::span<const double> spread, std::span<const double> third2,
+                      std::span<const unsigned char> asked_nodes) {
   Covered found;
   found.cover.assign(xy.size(), open);
   std::vector<HalfEdge> asked = candidates(stars, z, spread, third2);
   constexpr unsigned char is_asked = 255;
   std::size_t nodes = 0;
-  for (const HalfEdge h : asked)  // each node once
+  for (const HalfEdge h : asked) {  // each node once
+    if (!asked_nodes.empty() && asked_nodes[stars.node(h)] == 0) continue;
     if (std::exchange(found.cover[stars.node(h)], is_asked) != is_asked) asked[nodes++] = h;
+  }
   asked.resize(nodes);
   for_blocks(nodes, default_block, [&](std::size_t begin, std::size_t end) {
     Finder finder(stars, xy, z, spread);
@@ -262,33 +265,44 @@ Array<unsigned char> nodes_of_folds(const Stars& stars, const Covered& of) {
 }  // namespace
 
 Folds find_folds(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
-                 std::span<const double> spread, const Footprint& footprint, const Context& context) {
+                 std::span<const double> spread, const Footprint& footprint, const Context& context,
+                 const AskedNodes& asked) {
   context.check();
   const Stars stars(t, footprint);
   const bool known = !footprint.third2.empty();
   const Array<double> own = known ? Array<double>() : squared_third_edges(t, xy);
   const Array<double>& third2 = known ? footprint.third2 : own;
-  const Array<unsigned char> node = nodes_of_folds(stars, covered_nodes(stars, xy, z, spread, third2));
+  const Array<unsigned char> node = nodes_of_folds(stars, covered_nodes(stars, xy, z, spread, third2, asked.flags));
   Folds folds;
   if (node.empty()) return folds;
   folds.folded.resize(t.real);
-  folds.area = reduce_blocks<Sum>(
-                   t.real, default_block,
-                   [&](std::size_t begin, std::size_t end) {
-                     Sum area;
-                     for (std::size_t i = begin; i < end; ++i) {
-                       const auto& v = t.triangles[i].v;
-                       const bool is = footprint.keeps(static_cast<Index>(i)) &&
-                                       (node[v[0]] != 0 || node[v[1]] != 0 || node[v[2]] != 0);
-                       folds.folded[i] = is ? 1 : 0;
-                       const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
-                       if (is) area.add(0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)));
-                     }
-                     return area;
-                   },
-                   [](Sum& total, const Sum& part) { total.add(part); })
-                   .value();
+  const FixedScale scale{1, asked.area_bound > 0 ? asked.area_bound : box_of(xy).area()};
+  folds.area_sum = reduce_blocks<FixedSum>(
+      t.real, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        FixedSum area(scale);
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::array<Index, 3> v = from_first_corner(t.triangles[i].v);
+          const bool is =
+              footprint.keeps(static_cast<Index>(i)) && (node[v[0]] != 0 || node[v[1]] != 0 || node[v[2]] != 0);
+          folds.folded[i] = is ? 1 : 0;
+          const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
+          if (is) area.add(0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)));
+        }
+        return area;
+      },
+      [](FixedSum& total, const FixedSum& part) { total.add(part); });
+  folds.area = folds.area_sum.value();
   return folds;
+}
+
+Array<unsigned char> nodes_covered(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
+                                   std::span<const double> spread, const AskedNodes& asked, const Context& context) {
+  context.check();
+  const Footprint whole;
+  const Stars stars(t, whole);
+  Covered found = covered_nodes(stars, xy, z, spread, squared_third_edges(t, xy), asked.flags);
+  return std::move(found.cover);
 }
 
 Footprint without(const Footprint& footprint, const Folds& folds) {

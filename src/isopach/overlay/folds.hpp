@@ -24,6 +24,7 @@
 
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/delaunay/triangulation.hpp"
 #include "isopach/geom/vec.hpp"
 #include "isopach/overlay/border.hpp"
@@ -36,8 +37,16 @@ inline constexpr double torn_steps = 4, surely_torn_steps = 8;
 struct Folds {
   Array<unsigned char> folded;  ///< one flag per real triangle of the footprint; empty if none is
   double area = 0;              ///< of those triangles, in the plane
+  FixedSum area_sum;              ///< the same, before it is rounded
   [[nodiscard]] bool any() const { return !folded.empty(); }
   [[nodiscard]] bool holds(Index triangle) const { return !folded.empty() && folded[triangle] != 0; }
+};
+
+/// Of a triangulation that is part of a larger one (tiles/): by node whether it is asked about; the others are known not
+/// to be covered. Default: all of one that is whole.
+struct AskedNodes {
+  std::span<const unsigned char> flags = {};  ///< by node; empty: all
+  double area_bound = 0;                      ///< as AskedTriangles::area_bound
 };
 
 /// `spread`: by node, the largest difference of height of the points that it was merged from; empty if none was. A
@@ -46,7 +55,14 @@ struct Folds {
 /// surface little more than one look at each edge. Oracle: the definition, node by node,
 /// tests/overlay/folds_test.cpp.
 [[nodiscard]] Folds find_folds(const Triangulation& t, std::span<const Point2> xy, std::span<const double> z,
-                               std::span<const double> spread, const Footprint& footprint, const Context& context);
+                               std::span<const double> spread, const Footprint& footprint, const Context& context,
+                               const AskedNodes& asked = {});
+
+/// By node whether rules 1 to 3 say that it is covered, in a scan of which nothing is removed. Right for nodes of which
+/// the neighbours' neighbours have all of their triangles. `asked` as above. Cost as find_folds.
+[[nodiscard]] Array<unsigned char> nodes_covered(const Triangulation& t, std::span<const Point2> xy,
+                                                 std::span<const double> z, std::span<const double> spread,
+                                                 const AskedNodes& asked, const Context& context);
 
 /// The footprint without the folds; its areas stay those of the border alone.
 [[nodiscard]] Footprint without(const Footprint& footprint, const Folds& folds);

@@ -87,12 +87,6 @@ std::vector<Index> ghosts_near(const Triangulation& t, std::span<const Point2> x
   return near;
 }
 
-Box2 box_of(std::span<const Point2> points) {
-  Box2 box;
-  for (const Point2& p : points) box.add(p);
-  return box;
-}
-
 }  // namespace
 
 Overlay::Scratch::Scratch() : buffers_(std::make_unique<Buffers>()) {}

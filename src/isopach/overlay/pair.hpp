@@ -4,6 +4,7 @@
 #include <array>
 
 #include "isopach/base/context.hpp"
+#include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/cloud/cloud_view.hpp"
 #include "isopach/delaunay/triangulation.hpp"
@@ -12,12 +13,23 @@
 
 namespace isopach {
 
+/// What is not known of a scan yet, where it stands for the part of a larger one about which the parts alone could not
+/// say all; empty: everything.
+struct Asked {
+  Array<unsigned char> border;  ///< by real triangle: whether the border keeps it; the others are kept
+  Array<unsigned char> folds;   ///< by node: whether it is covered; the others are not
+  Array<unsigned char> detail;  ///< by real triangle: whether it counts in ρ_dV if this scan is the coarser one
+  Array<unsigned char> area;    ///< by real triangle: whether its area counts in that of the scan
+  FixedSum kept_elsewhere;      ///< area of triangles that the border is known to keep
+};
+
 /// A scan in the frame of its pair.
 struct Scan {
   HeightField field;
   Triangulation t;              ///< of the nodes of the field
   Array<unsigned char> kept;    ///< one flag per real triangle: part of the scan; empty if all are
   Array<unsigned char> folded;  ///< … and whether it is in a fold; empty if none is
+  Asked asked;                  ///< of a part of a scan (tiles/)
 };
 
 /// The nodes of one scan in the other.

@@ -19,6 +19,10 @@ namespace {
 
 using Kind = Location::Kind;
 
+bool is_asked(std::span<const unsigned char> asked, std::size_t triangle) {
+  return asked.empty() || asked[triangle] != 0;
+}
+
 bool is_kept(const OverlayMesh& m, Index triangle) {
   return !m.t.is_ghost(triangle) && (m.kept.empty() || m.kept[triangle] != 0);
 }
@@ -39,17 +43,12 @@ SumBounds bounds_of_both(const OverlayMesh& a, const OverlayMesh& b) {
   return std::max(0.0, triangle_area(m.xy[v[0]], m.xy[v[1]], m.xy[v[2]]));
 }
 
-double exact_area_per_node(const OverlayMesh& m, const FixedScale& scale) {
-  const FixedSum area = reduce_blocks<FixedSum>(
-      m.t.real, default_block,
-      [&](std::size_t begin, std::size_t end) {
-        FixedSum part(scale);
-        for (std::size_t i = begin; i < end; ++i)
-          if (is_kept(m, static_cast<Index>(i))) part.add(area_of(m, i));
-        return part;
-      },
-      [](FixedSum& total, const FixedSum& part) { total.add(part); });
-  return m.xy.empty() ? 0 : area.value() / static_cast<double>(m.xy.size());
+double per_node(const FixedSum& area, std::size_t nodes) {
+  return nodes == 0 ? 0 : area.value() / static_cast<double>(nodes);
+}
+
+double exact_area_per_node(const OverlayMesh& m, const SumBounds& bounds) {
+  return per_node(kept_area(m, bounds, {}), m.xy.size());
 }
 
 /// Blocks of the passes that add areas up.
@@ -71,7 +70,7 @@ double plain_area(const OverlayMesh& m) {
 /// Whether b is the coarser of two meshes, by the exact sums of their areas; these are made where plain ones, block by
 /// block, do not tell. Summands are positive, so that a plain sum is off by less than one rounding for each addition
 /// that a summand takes part in.
-bool is_coarser(const OverlayMesh& b, double plain_b, const OverlayMesh& a, double plain_a, const FixedScale& scale) {
+bool is_coarser(const OverlayMesh& b, double plain_b, const OverlayMesh& a, double plain_a, const SumBounds& bounds) {
   const auto per_node = [](double area, const OverlayMesh& m) {
     return m.xy.empty() ? 0 : area / static_cast<double>(m.xy.size());
   };
@@ -81,7 +80,7 @@ bool is_coarser(const OverlayMesh& b, double plain_b, const OverlayMesh& a, doub
   const double of_a = per_node(plain_a, a), of_b = per_node(plain_b, b);
   if (of_b - slack(of_b, b) > of_a + slack(of_a, a)) return true;
   if (of_b + slack(of_b, b) < of_a - slack(of_a, a)) return false;
-  return exact_area_per_node(b, scale) > exact_area_per_node(a, scale);
+  return exact_area_per_node(b, bounds) > exact_area_per_node(a, bounds);
 }
 
 /// The sums of those nodes that short sums are not exact for.
@@ -245,30 +244,6 @@ Array<unsigned char> known_nodes(const OverlayMesh& coarse, const OverlayMesh& f
   return known;
 }
 
-/// Σ A δ and Σ A |δ| are the difference and the sum of the same two sums.
-struct DetailSums {
-  FixedSum area, above, below;
-  Index averaged = 0, bare = 0;
-
-  DetailSums() = default;
-  explicit DetailSums(const SumScales& scales) : area(scales.area), above(scales.volume), below(scales.volume) {}
-  void add(double of_triangle, double delta) {
-    area.add(of_triangle);
-    if (delta >= 0)
-      above.add(of_triangle * delta);
-    else
-      below.add(of_triangle * -delta);
-  }
-};
-
-void combine(DetailSums& total, const DetailSums& part) {
-  total.area.add(part.area);
-  total.above.add(part.above);
-  total.below.add(part.below);
-  total.averaged += part.averaged;
-  total.bare += part.bare;
-}
-
 double area_inside(const OverlayMesh& m, std::size_t triangle, const Domain& domain, Domain::Scratch& scratch) {
   ConvexCell cell;
   for (const Index v : from_first_corner(m.t.triangles[triangle].v)) cell.add({m.xy[v].x, m.xy[v].y, 0, 0});
@@ -298,16 +273,19 @@ struct Scene {
   const Array<unsigned char>& known;  // of the coarser mesh's
 };
 
-DetailSums add_up(const Scene& s, const Domain& domain, const SumScales& scales) {
+DetailSums add_up(const Scene& s, const DetailRule& rule) {
   const OverlayMesh& coarse = s.coarse;
+  const Domain& domain = rule.domain;
   return reduce_blocks<DetailSums>(
       coarse.t.real, default_block,
       [&](std::size_t begin, std::size_t end) {
-        DetailSums part(scales);
+        DetailSums part(rule.bounds);
         Domain::Scratch scratch;
         for (std::size_t i = begin; i < end; ++i) {
           const std::array<Index, 3> v = from_first_corner(coarse.t.triangles[i].v);
-          if (!is_kept(coarse, static_cast<Index>(i)) || (s.known[v[0]] & s.known[v[1]] & s.known[v[2]]) == 0) continue;
+          if (!is_asked(rule.asked, i) || !is_kept(coarse, static_cast<Index>(i)) ||
+              (s.known[v[0]] & s.known[v[1]] & s.known[v[2]]) == 0)
+            continue;
           const auto at = [&](Index node) { return coarse.other_z[node] - coarse.z[node]; };
           const double area = domain.is_everything() ? area_of(coarse, i) : area_inside(coarse, i, domain, scratch);
           if (!domain.is_everything() && !(area > 0)) continue;
@@ -317,37 +295,94 @@ DetailSums add_up(const Scene& s, const Domain& domain, const SumScales& scales)
         }
         return part;
       },
-      combine);
+      [](DetailSums& total, const DetailSums& part) { total.add(part); });
+}
+
+/// With the areas at the nodes of the finer mesh.
+DetailSums sums_with(const OverlayMesh& coarse, const OverlayMesh& fine, const Array<double>& weight,
+                     const DetailRule& rule) {
+  std::optional<NodesInside> nodes;
+  Array<unsigned char> known;
+  both([&] { nodes.emplace(coarse, fine, weight); },
+       [&] { known = known_nodes(coarse, fine, weight, rule.extrapolate); });
+  return add_up({coarse, fine, weight, *nodes, known}, rule);
+}
+
+std::optional<DetailMeasure> measure_of(bool coarser_is_b, const DetailSums& all) {
+  DetailMeasure m;
+  m.coarser_is_b = coarser_is_b;
+  m.area = all.area.value();
+  if (!(m.area > 0)) return std::nullopt;
+  m.rho = total(all.above, all.below) / m.area;
+  m.mean = (coarser_is_b ? -1 : 1) * difference(all.above, all.below) / m.area;
+  m.averaged = all.averaged;
+  m.bare = all.bare;
+  return m;
 }
 
 }  // namespace
 
-std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
-                                            const Domain& domain, const Context& context) {
+DetailSums::DetailSums(const SumBounds& bounds) {
+  const SumScales scales(bounds);
+  area = FixedSum(scales.area), above = below = FixedSum(scales.volume);
+}
+
+void DetailSums::add(double of_triangle, double delta) {
+  area.add(of_triangle);
+  if (delta >= 0)
+    above.add(of_triangle * delta);
+  else
+    below.add(of_triangle * -delta);
+}
+
+void DetailSums::add(const DetailSums& part) {
+  area.add(part.area);
+  above.add(part.above);
+  below.add(part.below);
+  averaged += part.averaged;
+  bare += part.bare;
+}
+
+FixedSum kept_area(const OverlayMesh& m, const SumBounds& bounds, std::span<const unsigned char> asked) {
+  const FixedScale scale = SumScales(bounds).area;
+  return reduce_blocks<FixedSum>(
+      m.t.real, default_block,
+      [&](std::size_t begin, std::size_t end) {
+        FixedSum part(scale);
+        for (std::size_t i = begin; i < end; ++i)
+          if (is_asked(asked, i) && is_kept(m, static_cast<Index>(i))) part.add(area_of(m, i));
+        return part;
+      },
+      [](FixedSum& total, const FixedSum& part) { total.add(part); });
+}
+
+DetailSums detail_sums(const OverlayMesh& coarse, const OverlayMesh& fine, const DetailRule& rule,
+                       const Context& context) {
   context.check();
-  const SumScales scales(bounds_of_both(a, b));
-  DetailMeasure m;
+  return sums_with(coarse, fine, node_areas(fine, SumScales(rule.bounds).area).at, rule);
+}
+
+std::optional<DetailMeasure> detail_of(const DetailOfScan& a, const DetailOfScan& b) {
+  const bool coarser_is_b = per_node(b.area, b.nodes) > per_node(a.area, a.nodes);
+  return measure_of(coarser_is_b, (coarser_is_b ? b : a).as_coarser);
+}
+
+std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
+                                            const Domain& domain, const Context& context,
+                                            const std::optional<SumBounds>& bounds) {
+  context.check();
+  const DetailRule rule{extrapolate, domain, bounds ? *bounds : bounds_of_both(a, b), {}};
+  const FixedScale scale = SumScales(rule.bounds).area;
   // The areas at the nodes of the finer mesh are wanted, and tell which one it is: most often the one of more nodes.
   const bool more_in_b = b.xy.size() > a.xy.size();
-  NodeAreas areas = node_areas(more_in_b ? b : a, scales.area);
+  NodeAreas areas = node_areas(more_in_b ? b : a, scale);
   const double plain_other = plain_area(more_in_b ? a : b);
-  m.coarser_is_b = more_in_b ? is_coarser(b, areas.plain, a, plain_other, scales.area)
-                             : is_coarser(b, plain_other, a, areas.plain, scales.area);
-  const OverlayMesh& coarse = m.coarser_is_b ? b : a;
-  const OverlayMesh& fine = m.coarser_is_b ? a : b;
-  if (m.coarser_is_b == more_in_b) areas = node_areas(fine, scales.area);
-  const Array<double>& weight = areas.at;
-  std::optional<NodesInside> nodes;
-  Array<unsigned char> known;
-  both([&] { nodes.emplace(coarse, fine, weight); }, [&] { known = known_nodes(coarse, fine, weight, extrapolate); });
-  const DetailSums all = add_up({coarse, fine, weight, *nodes, known}, domain, scales);
-  m.area = all.area.value();
-  if (!(m.area > 0)) return std::nullopt;
-  m.rho = total(all.above, all.below) / m.area;
-  m.mean = (m.coarser_is_b ? -1 : 1) * difference(all.above, all.below) / m.area;
-  m.averaged = all.averaged;
-  m.bare = all.bare;
-  return m;
+  const bool coarser_is_b = more_in_b ? is_coarser(b, areas.plain, a, plain_other, rule.bounds)
+                                      : is_coarser(b, plain_other, a, areas.plain, rule.bounds);
+  const OverlayMesh& coarse = coarser_is_b ? b : a;
+  const OverlayMesh& fine = coarser_is_b ? a : b;
+  if (coarser_is_b == more_in_b) areas = node_areas(fine, scale);
+  return measure_of(coarser_is_b, sums_with(coarse, fine, areas.at, rule));
 }
 
 }  // namespace isopach

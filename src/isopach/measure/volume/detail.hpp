@@ -5,8 +5,11 @@
 // as the paper claims by its theorem 3, is open: docs/method/localisation.md shows that the theorem does not hold.
 #pragma once
 #include <optional>
+#include <span>
 
 #include "isopach/base/context.hpp"
+#include "isopach/base/fixed_sum.hpp"
+#include "isopach/measure/measures.hpp"
 #include "isopach/overlay/overlay.hpp"
 
 namespace isopach {
@@ -23,6 +26,39 @@ struct DetailMeasure {
   Index bare = 0;      ///< … and those that hold none
 };
 
+/// Sums over triangles of the mesh that is taken for the coarser one: exact, so that parts of a scan go together.
+struct DetailSums {
+  FixedSum area, above, below;  ///< Σ A; Σ A |δ| where the finer scan lies above, and elsewhere
+  Index averaged = 0, bare = 0;
+
+  DetailSums() = default;  ///< takes its grid from the first that is added
+  explicit DetailSums(const SumBounds& bounds);
+  void add(double of_triangle, double delta);
+  void add(const DetailSums& part);
+};
+
+/// Which triangles of the coarser mesh are added up, and how.
+struct DetailRule {
+  bool extrapolate = false;
+  const Domain& domain;
+  SumBounds bounds;
+  std::span<const unsigned char> asked = {};  ///< by real triangle of the coarser mesh; empty: all
+};
+[[nodiscard]] DetailSums detail_sums(const OverlayMesh& coarse, const OverlayMesh& fine, const DetailRule& rule,
+                                     const Context& context);
+
+/// The area of the kept triangles, of those that are asked for.
+[[nodiscard]] FixedSum kept_area(const OverlayMesh& m, const SumBounds& bounds, std::span<const unsigned char> asked);
+
+/// One scan of two, whole or the sums of its parts.
+struct DetailOfScan {
+  DetailSums as_coarser;
+  FixedSum area;  ///< kept_area
+  std::size_t nodes = 0;
+};
+/// Nothing if no triangle counts.
+[[nodiscard]] std::optional<DetailMeasure> detail_of(const DetailOfScan& a, const DetailOfScan& b);
+
 /// The coarser mesh is the one with the greater area of kept triangles per node; A if they are equal. For each of its
 /// kept triangles t whose three nodes lie in kept triangles of the finer mesh (borders included),
 ///     δ = Σ w_q (f_fine(q) − f̂_coarse(q)) / Σ w_q
@@ -36,6 +72,7 @@ struct DetailMeasure {
 /// locations given.
 /// Oracle: tests/measure/detail_test.cpp.
 [[nodiscard]] std::optional<DetailMeasure> detail_measure(const OverlayMesh& a, const OverlayMesh& b, bool extrapolate,
-                                                          const Domain& domain, const Context& context);
+                                                          const Domain& domain, const Context& context,
+                                                          const std::optional<SumBounds>& bounds = {});
 
 }  // namespace isopach

@@ -40,6 +40,21 @@ double quick_largest(const CellView& cells, std::size_t item) {
   return largest;
 }
 double quick_largest(const OverlayCells&, std::size_t) { return 0; }
+double quick_largest(const PartedCells& cells, std::size_t item) {
+  const std::size_t k = cells.part_of(item), i = item - cells.first_item(k);
+  if (k == cells.parts().size()) return quick_largest(cells.rest(), i);
+  const CellPart& part = cells.parts()[k];
+  double largest = 0;
+  for (const Index v : part.triangles[i]) largest = std::max(largest, std::fabs(part.d(v)));
+  return largest;
+}
+
+// How many items there are, of which a source may hand out a part: the size of a sample goes by all.
+template <class Source>
+std::size_t population_of(const Source& cells) {
+  return items_of(cells);
+}
+std::size_t population_of(const PartedCells& cells) { return cells.population(); }
 
 // Which items are in a sample, by their names: about `share` of them, all if that is 1.
 class Choice {
@@ -59,8 +74,9 @@ class Estimate {
   Estimate(const Source& source, const Context& context) {
     constexpr double enough = 1 << 16;
     const std::size_t n = items_of(source);
-    complete_ = static_cast<double>(n) <= enough;
-    const Choice sample(complete_ ? 1 : enough / static_cast<double>(n));
+    const auto of_all = static_cast<double>(population_of(source));
+    complete_ = of_all <= enough;
+    const Choice sample(complete_ ? 1 : enough / of_all);
     struct Part {
       Points points;
       double largest = 0;
@@ -423,7 +439,7 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
   context.check();
   SumBounds bounds = bounds_of(cells);
   const Estimate estimate(cells, context);
-  if (estimate.complete() || std::is_same_v<Source, CellView>) bounds.difference = estimate.largest();
+  if (estimate.complete() || !std::is_same_v<Source, OverlayCells>) bounds.difference = estimate.largest();
   const double limit = bounds.difference;
   const SumScales scales(bounds, times_its_area);
   // Wide enough for most of the area, not for the last outlier.
@@ -456,5 +472,6 @@ Described describe(const Source& cells, const std::vector<Quantile>& wanted, std
 
 template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
 template Described describe(const OverlayCells&, const std::vector<Quantile>&, std::size_t, const Context&);
+template Described describe(const PartedCells&, const std::vector<Quantile>&, std::size_t, const Context&);
 
 }  // namespace isopach

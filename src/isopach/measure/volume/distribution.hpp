@@ -9,6 +9,7 @@
 #pragma once
 #include <vector>
 
+#include "isopach/measure/parted_cells.hpp"
 #include "isopach/measure/source.hpp"
 #include "isopach/measure/volume/totals.hpp"
 
@@ -33,7 +34,7 @@ struct Described {
   Histogram histogram;            ///< even bins, symmetric round 0; what lies outside is counted in the outermost ones
 };
 
-/// Sums, quantiles and histogram over the cells of a source, a CellView or OverlayCells, in one pass (another
+/// Sums, quantiles and histogram over the cells of a source (source.hpp, parted_cells.hpp) in one pass (another
 /// one, rarely, where the sample misled). Half-width of the histogram: 1.5 times the 99th percentile of |d|,
 /// estimated from the sample, at most the largest |d| in it. Cost O(cells). Oracle:
 /// tests/measure/distribution_test.cpp (every cell cut at the value in question).
@@ -42,5 +43,6 @@ template <class Source>
                                  const Context& context);
 extern template Described describe(const CellView&, const std::vector<Quantile>&, std::size_t, const Context&);
 extern template Described describe(const OverlayCells&, const std::vector<Quantile>&, std::size_t, const Context&);
+extern template Described describe(const PartedCells&, const std::vector<Quantile>&, std::size_t, const Context&);
 
 }  // namespace isopach

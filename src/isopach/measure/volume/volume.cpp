@@ -108,6 +108,9 @@ Measures measure(const CellView& cells, const Context& context, std::span<const 
 Measures measure(const OverlayCells& cells, const Context& context, std::span<const double> percentiles) {
   return measure_all(cells, context, percentiles);
 }
+Measures measure(const PartedCells& cells, const Context& context, std::span<const double> percentiles) {
+  return measure_all(cells, context, percentiles);
+}
 Measures sum_up(const OverlayCells& cells, const Context& context) { return sums_over(cells, context); }
 
 }  // namespace isopach

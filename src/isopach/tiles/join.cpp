@@ -1,0 +1,248 @@
+#include "isopach/tiles/join.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <tuple>
+#include <utility>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/delaunay/first_corner.hpp"
+#include "isopach/measure/domain.hpp"
+#include "isopach/overlay/pair.hpp"
+#include "isopach/tiles/flags.hpp"
+#include "isopach/tiles/parted_slivers.hpp"
+
+namespace isopach {
+namespace {
+
+/// Triangles by the side that they begin with, which no other has this way round.
+class TriangleTable {
+ public:
+  struct Row {
+    Index first, second;
+    unsigned char known;
+  };
+  void add(const Corners& v, unsigned char known) { rows_.push_back({v[0], v[1], known}); }
+  void close() { std::sort(rows_.begin(), rows_.end(), before); }
+  [[nodiscard]] const Row* find(const Corners& v) const {
+    const auto at = std::lower_bound(rows_.begin(), rows_.end(), Row{v[0], v[1], 0}, before);
+    return at != rows_.end() && at->first == v[0] && at->second == v[1] ? &*at : nullptr;
+  }
+
+ private:
+  static bool before(const Row& a, const Row& b) {
+    return std::tie(a.first, a.second) < std::tie(b.first, b.second);
+  }
+  std::vector<Row> rows_;
+};
+
+/// A triangle of the nodes passed up: one of the whole that a tile has found, one of the whole that none could find, or
+/// none, where tiles kept the nodes in between to themselves.
+enum class Origin : unsigned char { tile, here, nowhere };
+
+class Joiner {
+ public:
+  Joiner(TilesToJoin tiles, Comparison& c, const Context& context)
+      : tiles_(std::move(tiles)), c_(c), context_(context), clock_(c.timing, context) {}
+
+  void run() {
+    clock_.start("delaunay");
+    pair_.frame = c_.frame;
+    for_both([&](std::size_t k) { take_nodes(k); });
+    triangulate(pair_, context_);
+    for_both([&](std::size_t k) { tell_known(k); });
+
+    stages::Common common = stages::locate(pair_, LocateMethod::order, clock_, context_);
+    const stages::SmoothSurfaces none = stages::interpolate(pair_, Interpolation::linear, context_);
+
+    clock_.start("border");
+    stages::describe_meshes(pair_, c_);
+    count_triangles();
+    const stages::Borders borders =
+        stages::find_borders(pair_, std::move(spreads_), Domain::everything(), c_, context_);
+
+    clock_.start("detail");
+    measure_detail();
+
+    clock_.start("merge");
+    common = stages::unite_meshes(pair_, std::move(common), LocateMethod::order, none[0].has_value(), context_);
+    choose_cells(common);
+    c_.cells = stages::make_cells(common, pair_, borders, Domain::everything(), c_, context_);
+    c_.common = static_cast<Index>(cells_), c_.interface = static_cast<Index>(joining_);
+
+    clock_.start("measure");
+    CellView rest = c_.cells.view();
+    rest.bounds = common.bounds;
+    const PartedCells cells(std::move(tiles_.cells), rest, cells_ + rest.pieces.size());
+    c_.measures = measure(cells, context_, c_.options.percentiles);
+    stages::describe_domain(borders, c_);
+    describe_slivers(cells, {common.counted, number_of(common.nodes)}, c_, context_);
+    clock_.stop();
+  }
+
+ private:
+  /// All nodes of scan k that were passed up: tiles come in curve order, so do these.
+  void take_nodes(std::size_t k) {
+    HeightField& field = pair_.scan[k].field;
+    Array<double>& spread = spreads_[k].of_node;
+    const bool merged = std::any_of(tiles_.parts.begin(), tiles_.parts.end(),
+                                    [&](const Part& part) { return !part.scan[k].spread.empty(); });
+    spreads_[k].is_raster = tiles_.is_raster[k];
+    std::size_t first_in_t = 0;
+    for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
+      const ScanPart& part = tiles_.parts[tile].scan[k];
+      first_[k].push_back(static_cast<Index>(field.xy.size()));
+      field.xy.insert(field.xy.end(), part.xy.begin(), part.xy.end());
+      field.z.insert(field.z.end(), part.z.begin(), part.z.end());
+      Array<unsigned char>& asked = pair_.scan[k].asked.folds;
+      asked.insert(asked.end(), part.asked.begin(), part.asked.end());
+      if (merged && part.spread.empty())
+        spread.insert(spread.end(), part.xy.size(), 0);
+      else
+        spread.insert(spread.end(), part.spread.begin(), part.spread.end());
+      tile_of_[k].insert(tile_of_[k].end(), part.xy.size(), static_cast<Index>(tile));
+      for (const Index node : part.in_t) number_[k].push_back(first_in_t + node);
+      first_in_t += tiles_.parts[tile].nodes;
+      pair_.scan[k].asked.kept_elsewhere.add(part.border_area);
+    }
+    field.keys.resize(field.xy.size());
+    for_each_index(field.xy.size(),
+                   [&](std::size_t i) { field.keys[i] = curve_key(pair_.frame.curve, field.xy[i]); });
+  }
+
+  [[nodiscard]] Origin origin(const TriangleTable::Row* row, const std::array<Index, 3>& tiles,
+                              const std::array<Point2, 3>& at) const {
+    if (row != nullptr) return Origin::tile;
+    const bool in_one = tiles[0] == tiles[1] && tiles[0] == tiles[2];
+    return in_one && disc_inside(at[0], at[1], at[2], tiles_.parts[tiles[0]].square) ? Origin::nowhere : Origin::here;
+  }
+
+  /// What of the triangles of scan k is asked.
+  void tell_known(std::size_t k) {
+    Scan& scan = pair_.scan[k];
+    TriangleTable table;
+    for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
+      const ScanPart& part = tiles_.parts[tile].scan[k];
+      const Index first = first_[k][tile];
+      for (std::size_t i = 0; i < part.certified.size(); ++i) {
+        const Corners& v = part.certified[i];
+        table.add({v[0] + first, v[1] + first, v[2] + first}, part.known[i]);
+      }
+    }
+    table.close();
+    Asked& asked = scan.asked;
+    for (Array<unsigned char>* flags : {&asked.border, &asked.detail, &asked.area}) flags->resize(scan.t.real);
+    found_here_[k] = reduce_blocks<std::uint64_t>(
+        scan.t.real, default_block,
+        [&](std::size_t begin, std::size_t end) {
+          std::uint64_t here = 0;
+          for (std::size_t i = begin; i < end; ++i) {
+            const Corners v = from_first_corner(scan.t.triangles[i].v);
+            const TriangleTable::Row* row = table.find(v);
+            const Origin from = origin(row, {tile_of_[k][v[0]], tile_of_[k][v[1]], tile_of_[k][v[2]]},
+                                       {scan.field.xy[v[0]], scan.field.xy[v[1]], scan.field.xy[v[2]]});
+            const unsigned known = row != nullptr ? row->known : 0;
+            const auto ask = [&](unsigned bit) {
+              return static_cast<unsigned char>(from != Origin::nowhere && (known & bit) == 0 ? 1 : 0);
+            };
+            asked.border[i] = ask(border_known), asked.area[i] = ask(area_known), asked.detail[i] = ask(detail_known);
+            here += from == Origin::here ? 1 : 0;
+          }
+          return here;
+        },
+        [](std::uint64_t& total, std::uint64_t part) { total += part; });
+  }
+
+  void count_triangles() {
+    std::array<std::uint64_t, 2> real = found_here_;
+    for (const Part& part : tiles_.parts)
+      for (std::size_t k = 0; k < 2; ++k) real[k] += part.scan[k].triangles;
+    c_.t1 = static_cast<Index>(real[0]), c_.t2 = static_cast<Index>(real[1]);
+    c_.visited_1_in_2 = c_.visited_2_in_1 = 0;
+  }
+
+  void measure_detail() {
+    const SumBounds bounds = bounds_of(pair_.frame);
+    std::array<DetailOfScan, 2> of;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const OverlayMesh own = pair_.mesh(k), other = pair_.mesh(1 - k);
+      of[k].area = kept_area(own, bounds, pair_.scan[k].asked.area);
+      of[k].as_coarser =
+          detail_sums(own, other, {false, Domain::everything(), bounds, pair_.scan[k].asked.detail}, context_);
+      for (const Part& part : tiles_.parts) {
+        of[k].area.add(part.scan[k].detail.area);
+        of[k].as_coarser.add(part.scan[k].detail.as_coarser);
+        of[k].nodes += part.scan[k].detail.nodes;
+      }
+    }
+    c_.detail = detail_of(of[0], of[1]);
+    stages::check_detail(Domain::everything(), c_);
+  }
+
+  /// Number of each node of T on the curve, among all.
+  [[nodiscard]] std::vector<std::size_t> number_of(const UnitedNodes& nodes) const {
+    std::vector<std::size_t> number(nodes.of_1.size());
+    for_each_index(number.size(), [&](std::size_t i) {
+      number[i] = nodes.of_1[i] != no_index ? number_[0][nodes.of_1[i]] : number_[1][nodes.of_2[i]];
+    });
+    return number;
+  }
+
+  /// The cells of T that no tile could finish.
+  void choose_cells(stages::Common& common) {
+    const UnitedNodes& g = common.nodes;
+    std::array<Array<Index>, 2> in_t;
+    for (std::size_t k = 0; k < 2; ++k) {
+      in_t[k].assign(tile_of_[k].size(), no_index);
+      const Array<Index>& of = k == 0 ? g.of_1 : g.of_2;
+      for (std::size_t i = 0; i < of.size(); ++i)
+        if (of[i] != no_index) in_t[k][of[i]] = static_cast<Index>(i);
+    }
+    TriangleTable open;
+    for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
+      const Part& part = tiles_.parts[tile];
+      const auto of_a = static_cast<Index>(part.scan[0].xy.size());
+      for (const Corners& v : part.open) {
+        Corners corners{};
+        for (std::size_t c = 0; c < 3; ++c)
+          corners[c] = v[c] < of_a ? in_t[0][first_[0][tile] + v[c]] : in_t[1][first_[1][tile] + v[c] - of_a];
+        open.add(from_first_corner(corners), 0);
+      }
+      cells_ += part.cells, joining_ += part.joining;
+    }
+    open.close();
+    common.counted.resize(common.t.real);
+    const auto tile = [&](Index node) {
+      return g.of_1[node] != no_index ? tile_of_[0][g.of_1[node]] : tile_of_[1][g.of_2[node]];
+    };
+    for (std::size_t i = 0; i < common.t.real; ++i) {
+      const Corners v = from_first_corner(common.t.triangles[i].v);
+      const Origin from =
+          origin(open.find(v), {tile(v[0]), tile(v[1]), tile(v[2])}, {g.xy[v[0]], g.xy[v[1]], g.xy[v[2]]});
+      common.counted[i] = from != Origin::nowhere ? 1 : 0;
+      if (from != Origin::here) continue;
+      ++cells_, joining_ += g.joins(v) ? 1 : 0;
+    }
+  }
+
+  TilesToJoin tiles_;
+  Comparison& c_;
+  const Context& context_;
+  stages::Clock clock_;
+  Pair pair_;
+  stages::MergedSpreads spreads_;
+  std::array<std::vector<Index>, 2> first_;           // by tile: its first node
+  std::array<std::vector<Index>, 2> tile_of_;         // by node
+  std::array<std::vector<std::size_t>, 2> number_;    // by node: on the curve, among all nodes of T
+  std::array<std::uint64_t, 2> found_here_{};         // triangles of the whole that no tile found
+  std::uint64_t cells_ = 0, joining_ = 0;
+};
+
+}  // namespace
+
+void join_tiles(TilesToJoin tiles, Comparison& c, const Context& context) {
+  run_with_threads(context, [&] { Joiner(std::move(tiles), c, context).run(); });
+}
+
+}  // namespace isopach

@@ -1,0 +1,28 @@
+// join_tiles: the comparison of the whole from what its tiles found and passed up (docs/method/tiles.md).
+#pragma once
+#include <array>
+#include <vector>
+
+#include "isopach/base/context.hpp"
+#include "isopach/compare/comparison.hpp"
+#include "isopach/measure/parted_cells.hpp"
+#include "isopach/tiles/part.hpp"
+
+namespace isopach {
+
+struct TilesToJoin {
+  std::vector<Part> parts;      ///< of all tiles that hold a point, in the order of the curve
+  std::vector<CellPart> cells;  ///< final ones of each, with first_node as nodes of T are counted from tile to tile
+  std::array<bool, 2> is_raster{false, false};
+};
+
+/// The nodes passed up are triangulated once more. With the certified triangles of the tiles, the triangles of these
+/// nodes whose disc lies in no single square are those of the whole (theorem 4), so everything that tiles left open is
+/// found by the same functions as in compare(), on a few nodes.
+/// `c`: a comparison of which options, frame, inputs and unit are known. Measures, domain, border, folds, detail and
+/// counts of triangles become those of compare() on all points, to the last bit; visited_… stay 0, and c.cells are those
+/// that were left open alone. Errors as compare(). Cost O(n log n) of what was passed up, and two looks at each final
+/// cell. Oracle: compare(), tests/tiles/join_test.cpp.
+void join_tiles(TilesToJoin tiles, Comparison& c, const Context& context);
+
+}  // namespace isopach

@@ -1,0 +1,350 @@
+// The law of tiles: what join_tiles makes of any tiling is compare() of all points, to the last bit.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <map>
+#include <string>
+#include <vector>
+
+#include <nlohmann/json.hpp>
+
+#include "isopach/base/error.hpp"
+#include "isopach/compare/compare.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/geom/coordinate_hash.hpp"
+#include "isopach/report/report.hpp"
+#include "isopach/simulate/scene.hpp"
+#include "isopach/tiles/join.hpp"
+#include "isopach/tiles/solve.hpp"
+#include "tests/support/clouds.hpp"
+
+namespace isopach::test {
+namespace {
+
+/// Nodes of one scan that a tile holds: a run of the curve.
+struct Run {
+  std::size_t begin = 0, end = 0;
+};
+
+struct Square {
+  int level = 0;
+  std::uint64_t prefix = 0;
+  std::array<Run, 2> run;
+};
+
+/// Squares of `least_level` or deeper, until none holds more than `most` nodes of both scans.
+std::vector<Square> squares_of(const Pair& pair, int least_level, std::size_t most) {
+  std::vector<Square> done, todo{{0, 0, {Run{0, pair.scan[0].field.keys.size()}, Run{0, pair.scan[1].field.keys.size()}}}};
+  while (!todo.empty()) {
+    const Square s = todo.back();
+    todo.pop_back();
+    const std::size_t count = (s.run[0].end - s.run[0].begin) + (s.run[1].end - s.run[1].begin);
+    if (count == 0) continue;
+    if (s.level >= least_level && (count <= most || s.level == 32)) {
+      done.push_back(s);
+      continue;
+    }
+    for (std::uint64_t digit = 4; digit-- > 0;) {
+      Square part{s.level + 1, s.prefix << 2 | digit, {}};
+      for (std::size_t k = 0; k < 2; ++k) {
+        const auto& keys = pair.scan[k].field.keys;
+        const auto at = [&](std::uint64_t prefix) {
+          const auto from = keys.begin() + static_cast<std::ptrdiff_t>(s.run[k].begin),
+                     to = keys.begin() + static_cast<std::ptrdiff_t>(s.run[k].end);
+          const auto is_before = [&](std::uint64_t key, std::uint64_t p) { return key >> (64 - 2 * part.level) < p; };
+          return static_cast<std::size_t>(std::lower_bound(from, to, prefix, is_before) - keys.begin());
+        };
+        part.run[k] = {at(part.prefix), digit == 3 ? s.run[k].end : at(part.prefix + 1)};
+      }
+      todo.push_back(part);
+    }
+  }
+  return done;  // the last digit was taken up first
+}
+
+template <class T>
+Array<T> slice(const Array<T>& all, const Run& run) {
+  if (all.empty()) return {};
+  return {all.begin() + static_cast<std::ptrdiff_t>(run.begin), all.begin() + static_cast<std::ptrdiff_t>(run.end)};
+}
+
+using Triangle3 = std::array<std::array<double, 4>, 3>;  // x, y, z1, z2 of each corner
+
+Triangle3 from_least(Triangle3 t) {
+  std::rotate(t.begin(), std::min_element(t.begin(), t.end()), t.end());
+  return t;
+}
+
+std::vector<Triangle3> cells_of(const CellView& cells) {
+  std::vector<Triangle3> all;
+  for_common(cells, [&](const CommonCell& c) {
+    Triangle3 t;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Corner p = c.corner(k);
+      t[k] = {p.x, p.y, p.z1, p.z2};
+    }
+    all.push_back(from_least(t));
+  });
+  return all;
+}
+
+struct Joined {
+  Comparison comparison;
+  std::vector<Triangle3> cells;
+  std::size_t tiles = 0, passed_up = 0, nodes = 0, final_cells = 0;
+};
+
+Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int level, std::size_t most) {
+  const Context context;
+  Pair pair = project_pair(a, b, options.pose, options.project, context);
+  Comparison c;
+  c.options = options;
+  c.frame = pair.frame;
+  stages::check_units(a, b, options, c);
+  stages::describe_inputs(a, b, pair, c, context);
+  const stages::MergedSpreads spreads = stages::merged_spreads(a, b, pair, options);
+  TilesToJoin tiles;
+  tiles.is_raster = {spreads[0].is_raster, spreads[1].is_raster};
+  std::vector<FinalCells> cells;
+  Joined joined;
+  for (const Square& s : squares_of(pair, level, most)) {
+    TileInput input;
+    input.frame = pair.frame;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const HeightField& field = pair.scan[k].field;
+      input.scan[k].field.xy = slice(field.xy, s.run[k]), input.scan[k].field.z = slice(field.z, s.run[k]);
+      input.scan[k].field.keys = slice(field.keys, s.run[k]);
+      input.scan[k].spread = slice(spreads[k].of_node, s.run[k]);
+      input.scan[k].is_raster = spreads[k].is_raster;
+    }
+    const auto& first = input.scan[0].field.xy.empty() ? input.scan[1].field.xy : input.scan[0].field.xy;
+    input.square = curve_square(pair.frame.curve, first[0], s.level);
+    SolvedTile solved = solve_tile(std::move(input), options, context);
+    for (const ScanPart& scan : solved.part.scan) joined.passed_up += scan.xy.size(), joined.nodes += scan.nodes;
+    joined.final_cells += solved.cells.triangles.size();
+    tiles.parts.push_back(std::move(solved.part));
+    cells.push_back(std::move(solved.cells));
+  }
+  joined.tiles = cells.size();
+  std::size_t first_node = 0;
+  for (std::size_t i = 0; i < cells.size(); ++i) {
+    tiles.cells.push_back(cells[i].view(first_node));
+    first_node += tiles.parts[i].nodes;
+    for (const Corners& v : cells[i].triangles) {
+      Triangle3 t;
+      for (std::size_t k = 0; k < 3; ++k)
+        t[k] = {cells[i].xy[v[k]].x, cells[i].xy[v[k]].y, cells[i].z1[v[k]], cells[i].z2[v[k]]};
+      joined.cells.push_back(from_least(t));
+    }
+  }
+  join_tiles(std::move(tiles), c, context);
+  const std::vector<Triangle3> rest = cells_of(c.cells.view());
+  joined.cells.insert(joined.cells.end(), rest.begin(), rest.end());
+  joined.comparison = std::move(c);
+  return joined;
+}
+
+nlohmann::json without_timing(const Comparison& c) {
+  nlohmann::json json = nlohmann::json::parse(comparison_json(c, {}));
+  json.erase("timing_s");
+  json["localisation"].erase("visited_1_in_2"), json["localisation"].erase("visited_2_in_1");
+  return json;
+}
+
+CompareOptions of_numbers() {
+  CompareOptions options;
+  options.keep_points = false;
+  options.percentiles = {1, 37.5, 99.9};
+  return options;
+}
+
+/// Gives what the last tiling did, to see that tiles did something.
+Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& options, const std::vector<std::array<int, 2>>& tilings) {
+  Comparison whole;
+  std::string refusal;
+  try {
+    whole = compare(a, b, options, {});
+  } catch (const Error& e) {
+    refusal = e.what();
+  }
+  Joined joined;
+  for (const auto& [level, most] : tilings) {
+    SCOPED_TRACE("level " + std::to_string(level) + ", at most " + std::to_string(most) + " nodes");
+    try {
+      joined = join(a, b, options, level, static_cast<std::size_t>(most));
+    } catch (const Error& e) {
+      EXPECT_EQ(std::string(e.what()), refusal);
+      continue;
+    }
+    EXPECT_EQ(refusal, "");
+    if (!refusal.empty()) continue;
+    const nlohmann::json expected = without_timing(whole), found = without_timing(joined.comparison);
+    EXPECT_EQ(found, expected) << nlohmann::json::diff(expected, found).dump(1).substr(0, 3000);
+    std::vector<Triangle3> cells = cells_of(whole.cells.view());
+    std::sort(cells.begin(), cells.end()), std::sort(joined.cells.begin(), joined.cells.end());
+    EXPECT_TRUE(cells == joined.cells) << cells.size() << " and " << joined.cells.size() << " cells";
+    if (testing::Test::HasFailure()) return joined;
+  }
+  return joined;
+}
+
+constexpr int any = 1 << 30;
+
+SceneOptions sized(std::size_t a, std::size_t b, const std::string& variant = "") {
+  SceneOptions o;
+  o.points_a = a, o.points_b = b, o.variant = variant;
+  return o;
+}
+
+TEST(Tiles, AreTheWholeOfAHillside) {
+  const Scene scene = make_scene("terrain", sized(20000, 16000), {});
+  const Joined joined =
+      expect_whole(scene.a, scene.b, of_numbers(), {{0, any}, {1, any}, {2, any}, {0, 900}, {3, any}, {5, any}});
+  EXPECT_GT(joined.tiles, 900U);
+  const Joined few = join(scene.a, scene.b, of_numbers(), 1, any);
+  EXPECT_LT(few.passed_up, few.nodes * 7 / 10);
+  EXPECT_GT(few.final_cells, 0U);
+}
+
+TEST(Tiles, OfAtMostThreePoints) {
+  const Scene scene = make_scene("terrain", sized(900, 700), {});
+  const Joined joined = expect_whole(scene.a, scene.b, of_numbers(), {{0, 3}, {0, 1}, {0, 40}, {0, 250}});
+  EXPECT_GT(joined.tiles, 1U);
+}
+
+// Folds, holes and rims are found over tiles.
+TEST(Tiles, OfOtherScenes) {
+  const std::vector<std::array<int, 2>> tilings{{1, any}, {2, any}, {0, 700}, {4, any}};
+  for (const char* name : {"face", "relief", "cone", "skin", "plane"}) {
+    SCOPED_TRACE(name);
+    const Scene scene = make_scene(name, sized(4000, 3000), {});
+    expect_whole(scene.a, scene.b, of_numbers(), tilings);
+  }
+}
+
+/// Two layers over one another in a part, a hole, an island beside, steps.
+Cloud folded(std::size_t n, std::uint64_t seed) {
+  Random random(seed);
+  Cloud cloud;
+  while (cloud.points.size() < n) {
+    const double x = random.uniform(0, 1), y = random.uniform(0, 1), r = std::hypot(x - 0.5, y - 0.47);
+    if (r < 0.12 || (x > 0.8 && y < 0.3 && y > 0.1)) continue;
+    double z = 0.05 * std::sin(9 * x) + 0.04 * std::cos(11 * y) + 0.001 * random.uniform(-1, 1);
+    if (x < 0.35 && y > 0.6 && random.uniform(0, 1) < 0.5) z -= 0.4;
+    if (x > 0.7) z += 0.2;
+    cloud.points.push_back({x, y, z});
+  }
+  for (std::size_t i = 0; i < n / 40; ++i)
+    cloud.points.push_back({1.3 + 0.1 * random.uniform(0, 1), 0.4 + 0.1 * random.uniform(0, 1), 0.1});
+  return cloud;
+}
+
+TEST(Tiles, OfScansWithFoldsHolesAndIslands) {
+  const std::vector<std::array<int, 2>> tilings{{1, any}, {3, any}, {0, 300}, {0, 30}};
+  const Cloud a = folded(3500, 1), b = folded(2500, 2);
+  for (const FoldRule folds : {FoldRule::leave_out, FoldRule::keep})
+    for (const BorderRule border : {BorderRule::trim, BorderRule::hull}) {
+      CompareOptions options = of_numbers();
+      options.folds = folds, options.border = border;
+      const Comparison c = compare(a, b, options, {});
+      EXPECT_GT(c.folds.area, 0.01);
+      expect_whole(a, b, options, tilings);
+    }
+  for (const bool look : {false, true}) {
+    CompareOptions options = of_numbers();
+    options.check_layers = look;
+    options.max_edge = 0.05;
+    expect_whole(a, b, options, tilings);
+    options.max_edge = 0, options.alpha = 0.02;
+    expect_whole(a, b, options, tilings);
+    options.border = BorderRule::hull;
+    expect_whole(a, b, options, tilings);
+  }
+}
+
+// Points of one place, nodes of both scans in one place.
+TEST(Tiles, OfScansWithEqualPlaces) {
+  Random random(5);
+  Cloud a, b;
+  const auto on_lattice = [&] { return std::floor(random.uniform(0, 40)) / 64; };
+  for (int i = 0; i < 2500; ++i) a.points.push_back({on_lattice(), on_lattice(), random.uniform(0, 0.1)});
+  for (int i = 0; i < 1800; ++i) b.points.push_back({on_lattice(), on_lattice(), random.uniform(0, 0.1)});
+  for (const DuplicatePolicy policy : {DuplicatePolicy::mean, DuplicatePolicy::min, DuplicatePolicy::median}) {
+    CompareOptions options = of_numbers();
+    options.project.duplicates = policy;
+    expect_whole(a, b, options, {{1, any}, {2, any}, {0, 100}, {5, any}});
+    options.border = BorderRule::hull, options.check_layers = false;
+    expect_whole(a, b, options, {{1, any}, {2, any}, {0, 3}});
+  }
+}
+
+TEST(Tiles, OfScansThatHardlyOverlap) {
+  const Cloud a = rough_cloud(uniform(1500, 1), 1);
+  for (const double by : {0.5, 0.9, 0.999}) {
+    SCOPED_TRACE(by);
+    const Cloud b = shifted(rough_cloud(uniform(1500, 2), 2), {by, 0.1, 0});
+    expect_whole(a, b, of_numbers(), {{1, any}, {3, any}, {0, 50}});
+  }
+  const Cloud inside = shifted(rough_cloud(tiny(1500, 3), 3), {0.5, 0.5, 0});
+  expect_whole(a, inside, of_numbers(), {{1, any}, {3, any}, {0, 50}});
+  expect_whole(inside, a, of_numbers(), {{1, any}, {3, any}, {0, 50}});
+}
+
+class TiledFamilies : public testing::TestWithParam<Family> {};
+INSTANTIATE_TEST_SUITE_P(All, TiledFamilies, testing::ValuesIn(families()),
+                         [](const auto& family) { return family.param.name; });
+
+TEST_P(TiledFamilies, WithEveryOther) {
+  std::uint64_t seed = 0;
+  for (const Family& other : families()) {
+    SCOPED_TRACE(other.name);
+    const std::uint64_t s = ++seed;
+    const Cloud a = rough_cloud(GetParam().make(160, s), s), b = rough_cloud(other.make(120, s + 50), s + 50);
+    CompareOptions options = of_numbers();
+    expect_whole(a, b, options, {{0, 60}, {0, 7}});
+    options.border = BorderRule::hull, options.check_layers = s % 2 == 0;
+    expect_whole(a, b, options, {{0, 60}, {0, 7}});
+    if (HasFailure()) return;
+  }
+}
+
+TEST(Tiles, OfSmallSetsOnBorders) {
+  Random random(7);
+  for (int trial = 0; trial < 1500 && !testing::Test::HasFailure(); ++trial) {
+    SCOPED_TRACE(trial);
+    const int kind = trial % 4;
+    const auto place = [&]() -> Point2 {
+      const double x = random.uniform(0, 1), y = random.uniform(0, 1);
+      if (kind == 0) return {std::floor(8 * x) / 8, std::floor(8 * y) / 8};
+      if (kind == 1) return {std::floor(16 * x) / 16, std::floor(16 * y) / 16};
+      if (kind == 2) return {x, y};
+      return {(x < 0.5 ? 0.2 : 0.7) + 0.05 * x, 0.45 + 0.1 * y};
+    };
+    const auto scan = [&] {
+      Points points;
+      const auto n = static_cast<std::size_t>(random.uniform(3, 70));
+      for (std::size_t i = 0; i < n; ++i) points.push_back(place());
+      return rough_cloud(points, static_cast<std::uint64_t>(trial));
+    };
+    const Cloud a = scan(), b = scan();
+    CompareOptions options = of_numbers();
+    if (trial % 3 == 1) options.border = BorderRule::hull;
+    if (trial % 5 == 0) options.check_layers = false;
+    expect_whole(a, b, options, {{1 + trial % 3, any}, {0, 5}});
+  }
+}
+
+TEST(Tiles, RefuseWhatTheyCannotDoByName) {
+  CompareOptions options;
+  options.noise_floor = true;
+  try {
+    check_tiled(options);
+    FAIL();
+  } catch (const UsageError& e) {
+    EXPECT_EQ(e.option(), "noise-floor");
+  }
+}
+
+}  // namespace
+}  // namespace isopach::test
