@@ -263,6 +263,41 @@ TEST(Tiles, OfScansWithFoldsHolesAndIslands) {
   }
 }
 
+/// Small holes and small folds all over, so that tiles have some well inside.
+Cloud pierced(std::size_t n, std::size_t holes, std::size_t folds, std::uint64_t seed) {
+  Random random(seed);
+  std::vector<Point2> centres;
+  for (std::size_t i = 0; i < holes + folds; ++i) centres.push_back({random.uniform(0, 1), random.uniform(0, 1)});
+  const double radius = 4 / std::sqrt(static_cast<double>(n));
+  Cloud cloud;
+  while (cloud.points.size() < n) {
+    const Point2 p{random.uniform(0, 1), random.uniform(0, 1)};
+    double z = 0.05 * std::sin(9 * p.x) + 0.04 * std::cos(11 * p.y);
+    bool is_in_hole = false;
+    for (std::size_t i = 0; i < centres.size(); ++i) {
+      if (std::hypot(p.x - centres[i].x, p.y - centres[i].y) > radius) continue;
+      is_in_hole = is_in_hole || i < holes;
+      if (random.uniform(0, 1) < 0.5) z -= 0.4;
+    }
+    if (!is_in_hole) cloud.points.push_back({p.x, p.y, z});
+  }
+  return cloud;
+}
+
+TEST(Tiles, OfScansOfDifferentDetailWithHolesInsideTiles) {
+  const std::vector<std::array<int, 2>> tilings{{1, any}, {2, any}};
+  for (const auto& [n1, n2] : std::vector<std::array<std::size_t, 2>>{{14000, 60000}, {60000, 14000}, {20000, 30000}}) {
+    SCOPED_TRACE(std::to_string(n1) + " and " + std::to_string(n2));
+    const Cloud a = pierced(n1, 3, 0, n1), b = pierced(n2, 20, 12, n2);
+    for (const bool look : {false, true}) {
+      CompareOptions options = of_numbers();
+      options.check_layers = look;
+      const Joined joined = expect_whole(a, b, options, tilings);
+      EXPECT_GT(joined.final_cells, 500U);
+    }
+  }
+}
+
 // Points of one place, nodes of both scans in one place.
 TEST(Tiles, OfScansWithEqualPlaces) {
   Random random(5);
