@@ -62,6 +62,18 @@ struct CompareAnswer : Answer {
   void require() const override;
 };
 
+/// A comparison that was made in tiles: numbers, without the cells.
+struct TiledAnswer : Answer {
+  Comparison comparison;
+  std::vector<Tolerance> tolerances;
+
+  [[nodiscard]] std::string json(const std::vector<std::string>& outputs) const override;
+  [[nodiscard]] std::string text() const override;
+  [[nodiscard]] std::vector<std::string> warnings() const override { return comparison.warnings; }
+  void deliver(const Delivery& delivery, OutputFolder* folder, Run& run) override;
+  void require() const override;
+};
+
 struct MatchAnswer : Answer {
   CloudView moving, fixed;
   Matching matching;

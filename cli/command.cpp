@@ -380,9 +380,6 @@ bool Command::parse(const Arguments& arguments) {
   return false;
 }
 
-namespace {
-
-/// 2500, 40k, 1.5G: bytes; k, M, G, T are powers of 1000.
 std::uint64_t parse_size(const std::string& text, const char* option) {
   constexpr std::string_view units = "kMGT";
   std::string number = text;
@@ -396,6 +393,8 @@ std::uint64_t parse_size(const std::string& text, const char* option) {
     throw UsageError(fmt::format("{}: '{}' is not a number of bytes, like 2500, 40k or 1.5G", option, text));
   return static_cast<std::uint64_t>(value * factor);
 }
+
+namespace {
 
 /// Whoever asks for N threads is told if there cannot be so many; "all cores" are as many as there can be.
 int threads_of(int asked) {

@@ -25,6 +25,9 @@ namespace isopach::cli {
 /// " (did you mean 'x'?)" for the nearest name, or nothing if none is near.
 [[nodiscard]] std::string did_you_mean(const std::string& word, const std::vector<std::string>& names);
 
+/// 2500, 40k, 1.5G: bytes; k, M, G, T are powers of 1000. UsageError, naming the option, for anything else.
+[[nodiscard]] std::uint64_t parse_size(const std::string& text, const char* option);
+
 /// A check of an option's text: what is wrong with it in one line, or nothing.
 using Check = std::function<std::string(const std::string& text)>;
 

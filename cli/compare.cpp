@@ -14,6 +14,7 @@
 #include "cli/registration.hpp"
 #include "cli/scans.hpp"
 #include "cli/session.hpp"
+#include "cli/tile_job.hpp"
 #include "cli/values.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/compare/check.hpp"
@@ -326,6 +327,29 @@ void CompareAnswer::require() const {
   if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);
 }
 
+namespace {
+
+/// Whether a comparison in memory stays below --max-memory, as far as the heads of the files tell.
+bool fits(const CompareRequest& request, const JobLimits& limits, const Context& context) {
+  const auto points = points_stated(request.path_a, request.path_b, request.options, context);
+  return points && memory_of_comparison(*points) <= limits.memory;
+}
+
+int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<Tolerance> tolerances, Run& run) {
+  if (request.match)
+    throw UsageError("--match: scans that are compared in tiles are given their pose: match samples first, then --pose");
+  if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
+  auto answer = std::make_unique<TiledAnswer>();
+  answer->tolerances = std::move(tolerances);
+  request.options.keep_points = false;
+  std::unique_ptr<OutputFolder> folder;
+  if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
+  answer->comparison = compare_in_tiles(request.path_a, request.path_b, request.options, limits, run.context());
+  return finish(std::move(answer), request.delivery, folder.get(), run);
+}
+
+}  // namespace
+
 int run_compare(const Arguments& arguments) {
   CompareRequest request;
   Command command("compare", description, footer);
@@ -334,6 +358,12 @@ int run_compare(const Arguments& arguments) {
   command.positional("B", request.path_b, "Compared scan, or the one after");
   add_delivery_options(command, request.delivery, "");
   add_compare_options(command, request);
+  JobLimits limits;
+  command.heading("Run");
+  command.option_with(
+      "--max-memory", "SIZE", [&](const std::string& text) { limits.memory = parse_size(text, "--max-memory"); },
+      "Compare in tiles, on disk, where the scans together would take more memory than this, e.g. 8G: the same result, "
+      "without map, cells and points");
   add_match_options(command, request.matching);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;
@@ -347,6 +377,8 @@ int run_compare(const Arguments& arguments) {
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
 
   Run run(request.run);
+  if (limits.memory > 0 && session().shell && !fits(request, limits, run.context()))
+    return compare_large(request, limits, std::move(answer->tolerances), run);
   std::unique_ptr<OutputFolder> folder;
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
 

@@ -34,6 +34,7 @@ const std::vector<Verb>& verbs() {
       {"simulate", "two scans of a simulated scene whose true volumes are known", run_simulate},
       {"demo", "simulate, compare and report, with the truth beside the result", run_demo},
       {"convert", "between the supported formats", run_convert},
+      {"tile", "compare scans larger than memory, or on many machines: the bits of compare", run_tile_verb},
   };
   return all;
 }

@@ -25,5 +25,6 @@ int run_info(const Arguments& arguments);
 int run_simulate(const Arguments& arguments);
 int run_demo(const Arguments& arguments);
 int run_convert(const Arguments& arguments);
+int run_tile_verb(const Arguments& arguments);
 
 }  // namespace isopach::cli

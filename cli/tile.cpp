@@ -1,0 +1,391 @@
+// isopach tile plan | run | status | reduce | script
+#include <fmt/core.h>
+#include <sys/resource.h>
+
+#include <algorithm>
+#include <charconv>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <utility>
+
+#include "cli/answer.hpp"
+#include "cli/command.hpp"
+#include "cli/compare_request.hpp"
+#include "cli/output.hpp"
+#include "cli/session.hpp"
+#include "cli/tile_job.hpp"
+#include "cli/verbs.hpp"
+#include "isopach/base/error.hpp"
+#include "isopach/base/memory.hpp"
+#include "isopach/base/option_key.hpp"
+#include "isopach/io/output_file.hpp"
+#include "isopach/report/page/text.hpp"
+#include "isopach/tiles/solve.hpp"
+
+namespace isopach::cli {
+namespace {
+namespace fs = std::filesystem;
+
+constexpr const char* overview =
+    "A comparison in tiles: of scans that do not fit into memory, on one machine or on many. The result is that of\n"
+    "compare on all points, to the last bit, whatever the tiles.\n"
+    "\n"
+    "Usage: isopach tile <step> ...\n"
+    "\n"
+    "Steps:\n"
+    "  plan A B -o JOB   look at both scans, sort their points into tiles\n"
+    "  run JOB           do tiles; several runs may work on one job at a time\n"
+    "  status JOB        what is done, what failed and why\n"
+    "  reduce JOB        join the tiles to the result\n"
+    "  script JOB        a script that runs the tiles on a cluster\n"
+    "\n"
+    "isopach tile <step> --help explains one step. On one machine, compare --max-memory SIZE does all of them.\n";
+
+constexpr const char* codes =
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read or tiles are missing, 4 no overlap, 6 --fail-above "
+    "exceeded, 130 interrupted.";
+
+/// Of a job, as its words say. They were checked when it was planned.
+struct JobOptions {
+  CompareRequest request;
+  std::vector<Tolerance> tolerances;
+
+  explicit JobOptions(const Arguments& words) {
+    Command command("tile", "", "");
+    add_compare_options(command, request);
+    if (!command.parse(words)) throw UsageError("the job was planned with --help");
+    tolerances = settle_options(request);
+    if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
+    request.options.keep_points = false;
+  }
+};
+
+// --- plan ------------------------------------------------------------------------------------------------------------
+
+/// The words that say what is compared, without those that say where and how large.
+Arguments words_of_comparison(const Arguments& all, const std::string& a, const std::string& b) {
+  static const std::vector<std::string> with_value{"-o", "--output", "--max-memory", "--tile-points", "--threads",
+                                                   "--progress", "--max-input", "--config"};
+  static const std::vector<std::string> alone{"--quiet", "--verbose"};
+  Arguments words;
+  bool has_a = false, has_b = false;
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    const std::string& word = all[i];
+    const std::string name = word.substr(0, word.find('='));
+    if (std::find(alone.begin(), alone.end(), word) != alone.end()) continue;
+    if (std::find(with_value.begin(), with_value.end(), name) != with_value.end()) {
+      if (name == word) ++i;
+      continue;
+    }
+    if (!has_a && word == a) {
+      has_a = true;
+      continue;
+    }
+    if (!has_b && word == b) {
+      has_b = true;
+      continue;
+    }
+    words.push_back(word);
+  }
+  return words;
+}
+
+int plan(const Arguments& arguments) {
+  CompareRequest request;
+  std::string folder;
+  JobLimits limits;
+  Command command("tile plan",
+                  "Looks at both scans twice, block by block, and sorts their points into tiles: squares of a quadtree "
+                  "that hold few enough points each.\nA and B: files, folders, patterns, lists, catalogues.\n",
+                  codes);
+  command.positional("A", request.path_a, "Reference scan, or the one before: a file or a set of files");
+  command.positional("B", request.path_b, "Compared scan, or the one after");
+  command.heading("Job");
+  command.option("-o,--output", "JOB", folder, "Folder of the job, new or empty; its points take 24 bytes each there")
+      .check(not_empty())
+      .required(true);
+  command.option_with(
+      "--max-memory", "SIZE", [&](const std::string& text) { limits.memory = parse_size(text, "--max-memory"); },
+      "Memory that the run of one tile may take, e.g. 4G; tiles are as large as it allows (default half of the memory)");
+  command
+      .option("--tile-points", "N", limits.tile_points,
+              "Most points of a tile, of both scans together, instead of what the memory allows")
+      .check(whole_number(1));
+  add_compare_options(command, request);
+  add_run_options(command, request.run);
+  if (!command.parse(arguments)) return 0;
+  static_cast<void>(settle_options(request));
+  check_tiled(request.options);
+  if (request.match) throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
+  if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
+  if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
+  Run run(request.run);
+  const Job job = plan_job(request.path_a, request.path_b, request.options,
+                           words_of_comparison(arguments, request.path_a, request.path_b), limits, folder, run.context());
+  std::uint64_t largest = 0, all = 0;
+  for (const JobTile& tile : job.tiles) largest = std::max(largest, tile.square.all()), all += tile.square.all();
+  run.show(fmt::format("{} tiles of {} points, at most {} each, in {}\nnow: isopach tile run {}\n", job.tiles.size(),
+                       all, largest, folder, folder));
+  return 0;
+}
+
+// --- run -------------------------------------------------------------------------------------------------------------
+
+std::size_t number_of(const std::string& text, std::string_view part, std::size_t tiles) {
+  std::size_t k = 0;
+  const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), k);
+  if (error != std::errc() || end != part.data() + part.size() || k >= tiles)
+    throw UsageError(fmt::format("--index {}: give numbers of tiles from 0 to {}, e.g. 0-99 or 3,7", text, tiles - 1));
+  return k;
+}
+
+std::vector<std::size_t> tiles_of(const std::string& text, std::size_t tiles) {
+  std::vector<std::size_t> all;
+  for (std::string_view rest = text; !rest.empty();) {
+    const std::string_view item = rest.substr(0, rest.find(','));
+    rest.remove_prefix(std::min(rest.size(), item.size() + 1));
+    const std::size_t dash = item.find('-');
+    const std::size_t first = number_of(text, item.substr(0, dash), tiles);
+    const std::size_t last = dash == std::string_view::npos ? first : number_of(text, item.substr(dash + 1), tiles);
+    for (std::size_t k = first; k <= last; ++k) all.push_back(k);
+  }
+  return all;
+}
+
+/// Does the tiles that are named and not done; gives how many failed.
+std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, const CompareOptions& options, Run& run) {
+  std::size_t failed = 0, done = 0;
+  for (const std::size_t k : tiles) {
+    run.context().step(fmt::format("tile {}", k), static_cast<double>(done++) / static_cast<double>(tiles.size()));
+    Context quiet = run.context();
+    quiet.progress = nullptr;
+    try {
+      run_tile(job, k, options, quiet);
+    } catch (const Interrupted&) {
+      throw;
+    } catch (const std::exception& e) {
+      if (tiles.size() == 1) throw;
+      ++failed;
+      run.say(fmt::format("tile {}: {}", k, for_shell(e.what())));
+    }
+  }
+  return failed;
+}
+
+int run_tiles(const Arguments& arguments) {
+  std::string folder, index;
+  bool missing = false;
+  RunOptions options;
+  Command command("tile run",
+                  "Does tiles of a job, those that are not done: all of them, or those that are named. May be killed and "
+                  "run again at any time; several may run at once, on one machine or on many that share the folder.\n",
+                  codes);
+  command.positional("JOB", folder, "Folder of the job");
+  command.heading("Tiles");
+  command.option("--index", "K[-L][,…]", index, "These tiles alone, e.g. 7 or 0-99 (default: all)").check(not_empty());
+  command.flag("--missing", missing, "All that are not done (as without --index)");
+  add_run_options(command, options);
+  if (!command.parse(arguments)) return 0;
+  if (missing && !index.empty()) throw UsageError("--missing and --index: give one of them");
+  Run run(options);
+  const Job job = read_job(folder, run.context());
+  check_inputs(job);
+  const JobOptions asked(job.words);
+  std::vector<std::size_t> tiles;
+  if (!index.empty()) {
+    tiles = tiles_of(index, job.tiles.size());
+  } else {
+    for (std::size_t k = 0; k < job.tiles.size(); ++k)
+      if (!job.is_done(k)) tiles.push_back(k);
+  }
+  const std::size_t failed = do_tiles(job, tiles, asked.request.options, run);
+  if (failed > 0)
+    throw InputError(fmt::format("{}: {} of {} tiles failed: isopach tile status {} says why", folder, failed,
+                                 tiles.size(), folder));
+  run.show(fmt::format("{} tiles done\n", tiles.size()));
+  return 0;
+}
+
+// --- status ----------------------------------------------------------------------------------------------------------
+
+std::string first_line_of(const fs::path& path) {
+  std::error_code error;
+  if (!fs::is_regular_file(path, error)) return {};
+  const Context nobody_stops;
+  InputFile file(path.string(), nobody_stops);
+  const std::span<const char> bytes = file.bytes();
+  const std::string text(bytes.begin(), bytes.end());
+  return text.substr(0, text.find('\n'));
+}
+
+int status(const Arguments& arguments) {
+  std::string folder, json;
+  RunOptions options;
+  Command command("tile status", "What of a job is done, and what failed.\n", codes);
+  command.positional("JOB", folder, "Folder of the job");
+  command.heading("Output");
+  command.option("--json", "FILE", json, "The state of every tile as JSON to FILE; - prints it, and nothing else")
+      .check(not_empty());
+  add_run_options(command, options);
+  if (!command.parse(arguments)) return 0;
+  Run run(options);
+  const Job job = read_job(folder, run.context());
+  std::uint64_t points = 0, points_done = 0;
+  std::size_t done = 0;
+  std::string failures;
+  nlohmann::ordered_json tiles = nlohmann::ordered_json::array();
+  for (std::size_t k = 0; k < job.tiles.size(); ++k) {
+    const bool is_done = job.is_done(k);
+    const std::string why = is_done ? "" : first_line_of(job.tile_file(k, "failed"));
+    const std::uint64_t count = job.tiles[k].square.all();
+    points += count, points_done += is_done ? count : 0, done += is_done ? 1 : 0;
+    if (!why.empty()) failures += fmt::format("tile {} failed: {}\n", k, for_shell(why));
+    tiles.push_back({{"index", k},
+                     {"state", is_done ? "done" : why.empty() ? "missing" : "failed"},
+                     {"points", count},
+                     {"why", why.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(for_shell(why))}});
+  }
+  if (!json.empty()) {
+    const nlohmann::ordered_json all{{"schema", "isopach.tile-status/1"}, {"tiles", job.tiles.size()}, {"done", done},
+                                     {"points", points}, {"points_done", points_done}, {"each", tiles}};
+    write_json(json, all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", run);
+  }
+  if (json != "-")
+    run.show(fmt::format("{} of {} tiles done, {} of {} points\n{}{}", done, job.tiles.size(), points_done, points,
+                         failures,
+                         done == job.tiles.size() ? fmt::format("now: isopach tile reduce {}\n", folder)
+                                                  : fmt::format("now: isopach tile run {} --missing\n", folder)));
+  return 0;
+}
+
+// --- reduce ----------------------------------------------------------------------------------------------------------
+
+int reduce(const Arguments& arguments) {
+  std::string folder;
+  bool allow_missing = false;
+  Delivery delivery;
+  RunOptions options;
+  Command command("tile reduce", "Joins the tiles of a job to the result of the whole.\n", codes);
+  command.positional("JOB", folder, "Folder of the job");
+  command.heading("Output");
+  add_result_options(command, delivery, "Folder for result.json and histogram.csv; made if it is not there");
+  command.flag("--allow-missing", allow_missing,
+               "Compare the points of the tiles that are done, although others are missing; the result says so");
+  add_run_options(command, options);
+  if (!command.parse(arguments)) return 0;
+  Run run(options);
+  const Job job = read_job(folder, run.context());
+  check_inputs(job);
+  JobOptions asked(job.words);
+  std::unique_ptr<OutputFolder> output;
+  if (!delivery.output.empty()) output = std::make_unique<OutputFolder>(delivery.output);
+  auto answer = std::make_unique<TiledAnswer>();
+  answer->tolerances = std::move(asked.tolerances);
+  answer->comparison = reduce_job(job, asked.request.options, allow_missing, run.context());
+  return finish(std::move(answer), delivery, output.get(), run);
+}
+
+// --- script ----------------------------------------------------------------------------------------------------------
+
+int script(const Arguments& arguments) {
+  enum class Engine { slurm, parallel, snakemake };
+  std::string folder, program = "isopach";
+  Engine engine = Engine::slurm;
+  std::size_t each = 1;
+  RunOptions options;
+  Command command("tile script",
+                  "Prints a script that runs the tiles of a job by an engine that people have; nothing is submitted.\n",
+                  codes);
+  command.positional("JOB", folder, "Folder of the job, which all machines see under this path");
+  command.heading("Script");
+  command.choice<Engine>("--engine", engine,
+                         {{"slurm", Engine::slurm}, {"parallel", Engine::parallel}, {"snakemake", Engine::snakemake}},
+                         "slurm: an array of jobs, for sbatch; parallel: GNU parallel, for sh; snakemake: a Snakefile");
+  command.option("--tiles-each", "N", each, "Tiles of one job of the engine").check(whole_number(1)).show_default();
+  command.option("--program", "PATH", program, "The isopach program on the machines that run it").check(not_empty()).show_default();
+  add_run_options(command, options);
+  if (!command.parse(arguments)) return 0;
+  Run run(options);
+  const Job job = read_job(folder, run.context());
+  const std::size_t n = job.tiles.size(), jobs = (n + each - 1) / each;
+  const std::string path = fs::absolute(folder).lexically_normal().string();
+  if (path.find_first_of("'\n\r") != std::string::npos || program.find_first_of("'\n\r") != std::string::npos)
+    throw UsageError("JOB: a script cannot quote a path with an apostrophe or a line break: rename the folder");
+  const std::string index = "$(( i * " + std::to_string(each) + " ))-$(( last < " + std::to_string(n) +
+                            " - 1 ? last : " + std::to_string(n) + " - 1 ))";
+  const std::string body = fmt::format(
+      "last=$(( (i + 1) * {} - 1 ))\nexec '{}' tile run '{}' --index \"{}\" --quiet\n", each, program, path, index);
+  switch (engine) {
+    case Engine::slurm:
+      run.print(fmt::format("#!/bin/sh\n#SBATCH --job-name=isopach\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task=2\n"
+                            "# then: isopach tile reduce '{}' -o RESULT\ni=$SLURM_ARRAY_TASK_ID\n{}",
+                            jobs - 1, path, body));
+      break;
+    case Engine::parallel:
+      run.print(fmt::format("#!/bin/sh\nset -eu\nseq 0 {} | parallel --halt soon,fail=1 \"'{}' tile run '{}' --index "
+                            "{{}} --quiet --threads 1\"\n'{}' tile reduce '{}' -o \"${{1:-result}}\"\n",
+                            n - 1, program, path, program, path));
+      break;
+    case Engine::snakemake:
+      run.print(fmt::format("TILES = [f\"{{k:06d}}\" for k in range({})]\nJOB = '{}'\n\n"
+                            "rule result:\n    input: expand(JOB + \"/tiles/{{k}}.part\", k=TILES)\n    output: \"result/result.json\"\n"
+                            "    shell: \"'{}' tile reduce '{}' -o result\"\n\n"
+                            "rule tile:\n    output: JOB + \"/tiles/{{k}}.part\"\n    threads: 2\n"
+                            "    shell: \"'{}' tile run '{}' --index $((10#{{wildcards.k}})) --quiet --threads {{threads}}\"\n",
+                            n, path, program, path, program, path));
+      break;
+  }
+  return 0;
+}
+
+}  // namespace
+
+std::string TiledAnswer::json(const std::vector<std::string>& outputs) const {
+  return comparison_json(comparison, outputs);
+}
+std::string TiledAnswer::text() const { return comparison_text(comparison, std::nullopt, nullptr); }
+
+void TiledAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
+  std::string result;
+  if (folder != nullptr) {
+    folder->write_text("histogram.csv", histogram_csv(comparison));
+    static_cast<void>(folder->path("result.json"));
+    result = json(folder->names());
+    folder->write_text("result.json", result);
+    folder->commit();
+  } else {
+    result = json({});
+  }
+  if (!delivery.json.empty()) write_json(delivery.json, result, run);
+  if (delivery.json != "-") {
+    run.show(text());
+  } else {
+    for (const std::string& warning : comparison.warnings) run.warn(warning);
+  }
+}
+
+void TiledAnswer::require() const {
+  const std::string over = exceeded(comparison, tolerances);
+  if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);
+}
+
+int run_tile_verb(const Arguments& arguments) {
+  static const std::vector<std::pair<std::string, int (*)(const Arguments&)>> steps{
+      {"plan", plan}, {"run", run_tiles}, {"status", status}, {"reduce", reduce}, {"script", script}};
+  if (arguments.empty()) throw UsageError("tile: give a step: plan, run, status, reduce or script (isopach tile --help)");
+  const std::string& word = arguments.front();
+  if (word == "--help" || word == "-h") {
+    std::fputs(overview, stdout);
+    return 0;
+  }
+  std::vector<std::string> names;
+  for (const auto& [name, step] : steps) {
+    if (name == word) return step({arguments.begin() + 1, arguments.end()});
+    names.push_back(name);
+  }
+  throw UsageError(fmt::format("tile: unknown step '{}'{}; isopach tile --help lists the steps", word,
+                               did_you_mean(word, names)));
+}
+
+}  // namespace isopach::cli

@@ -1,0 +1,100 @@
+// A comparison made in tiles, as a folder: what `tile plan` writes, every `tile run` reads, and `tile reduce` joins.
+//
+//   JOB/manifest.json   inputs, options, frame, tiles                    written last by plan: without it there is no job
+//   JOB/points          points of both scans in the frame, tile by tile  24 bytes a point
+//   JOB/tiles/K.cells   final cells of tile K
+//   JOB/tiles/K.part    what it passes up; with it the tile is done
+//   JOB/tiles/K.failed  why the last run of it failed, in one line
+#pragma once
+#include <array>
+#include <cstdint>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "cli/verbs.hpp"
+#include "isopach/base/context.hpp"
+#include "isopach/compare/comparison.hpp"
+#include "isopach/field/height_field.hpp"
+#include "isopach/tiles/squares.hpp"
+
+namespace isopach::cli {
+
+/// A file as it was when the job was planned.
+struct FileStamp {
+  std::string path;
+  std::uint64_t bytes = 0;
+  std::int64_t modified_ns = 0;
+};
+
+struct JobScan {
+  std::string name, format, unit = "unknown", vertical_unit = "unknown", crs;
+  std::vector<FileStamp> files;
+  std::vector<std::string> notes;
+  std::size_t nodata = 0;
+  bool is_raster = false;
+  ScanExtent extent;
+};
+
+/// Points of one tile or a part of one, one behind the other in JOB/points.
+struct PointRun {
+  std::uint64_t first = 0, count = 0;
+};
+
+struct JobTile {
+  TileSquare square;
+  std::array<std::vector<PointRun>, 2> runs;
+};
+
+struct Job {
+  std::filesystem::path folder;
+  std::string id;       ///< of inputs, options and tiles: parts of another plan are not taken for its own
+  Arguments words;      ///< options as they were given
+  std::array<JobScan, 2> scan;
+  Frame frame;
+  std::vector<JobTile> tiles;
+
+  [[nodiscard]] std::filesystem::path tile_file(std::size_t k, const char* ending) const;
+  [[nodiscard]] bool is_done(std::size_t k) const;
+};
+
+struct JobLimits {
+  std::uint64_t memory = 0;       ///< bytes that a run of one tile may take; 0: half of the memory
+  std::uint64_t tile_points = 0;  ///< most points of a tile, of both scans; 0: what the memory has room for
+};
+
+/// Most points of a tile, of both scans.
+[[nodiscard]] std::uint64_t most_points(const JobLimits& limits);
+/// What compare() in memory takes, about, for scans of so many points together.
+[[nodiscard]] std::uint64_t memory_of_comparison(std::uint64_t points);
+
+/// Reads both scans twice, block by block; memory does not depend on their size. Errors as of read_cloud and
+/// choose_frame; UsageError if the folder holds a job or anything else already.
+[[nodiscard]] Job plan_job(const std::string& a, const std::string& b, const CompareOptions& options,
+                           const Arguments& words, const JobLimits& limits, const std::filesystem::path& folder,
+                           const Context& context);
+
+/// UsageError if there is no job in the folder; InputError if its manifest is damaged.
+[[nodiscard]] Job read_job(const std::filesystem::path& folder, const Context& context);
+
+/// InputError, naming the file, if an input is not what it was when the job was planned.
+void check_inputs(const Job& job);
+
+/// Does tile k unless it is done. Files appear whole.
+void run_tile(const Job& job, std::size_t k, const CompareOptions& options, const Context& context);
+
+/// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are missing,
+/// unless `allow_missing`: then the points of the others are compared, and a warning says so.
+[[nodiscard]] Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing,
+                                    const Context& context);
+
+/// What of the points of both scans is known without reading them; nothing where one of their files does not say.
+[[nodiscard]] std::optional<std::uint64_t> points_stated(const std::string& a, const std::string& b,
+                                                         const CompareOptions& options, const Context& context);
+
+/// All steps on this machine, in a folder that is removed at the end, however that comes.
+[[nodiscard]] Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
+                                          const JobLimits& limits, const Context& context);
+
+}  // namespace isopach::cli
