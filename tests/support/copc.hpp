@@ -9,7 +9,7 @@ namespace isopach::test {
 struct CopcShape {
   std::array<double, 3> centre{};  ///< of the cube of the octree
   double half = 1;                 ///< half of its side
-  int levels = 3;                  ///< of nodes, the root's included
+  int levels = 4;                  ///< of nodes, the root's included
   bool pages = false;              ///< nodes below level 1 in pages of their own
 };
 

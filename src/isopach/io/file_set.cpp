@@ -109,11 +109,11 @@ std::vector<std::string> scans_in(const std::string& folder) {
     const std::string path = entry.path().string(), end = extension(path);
     if (is_scan_name(path) && end != ".txt" && end != ".csv" && is_regular(path)) found.push_back(path);
   }
-  if (failure) throw InputError(fmt::format("{}: the folder cannot be read ({})", folder, failure.message()));
+  if (failure) throw InputError(fmt::format("{}: the folder cannot be read ({})", printable(folder), failure.message()));
   if (found.empty())
     throw UsageError(fmt::format("{}: no scan in this folder: it holds none of .las, .laz, .ply, .xyz, .tif, …; name "
                                  ".txt and .csv files by a pattern, '*.txt'",
-                                 folder));
+                                 printable(folder)));
   return found;
 }
 
@@ -123,7 +123,7 @@ std::vector<std::string> matches(const std::string& pattern) {
   std::vector<std::string> paths(found.gl_pathv, found.gl_pathv + (answer == 0 ? found.gl_pathc : 0));
   ::globfree(&found);
   std::erase_if(paths, is_folder);
-  if (paths.empty()) throw UsageError(fmt::format("{}: no file has such a name: check the pattern", pattern));
+  if (paths.empty()) throw UsageError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
   return paths;
 }
 
@@ -153,7 +153,7 @@ class Finder {
  private:
   void add_file(const std::string& path, const std::string& where) {
     const auto [known, is_new] = files_.emplace(canonical(path), path);
-    if (!is_new) throw InputError(fmt::format("{}: the file {} is named twice: name it once", where, known->second));
+    if (!is_new) throw InputError(fmt::format("{}: the file {} is named twice: name it once", where, printable(known->second)));
   }
 
   void add_files(const std::vector<std::string>& paths, const std::string& where) {
@@ -194,7 +194,7 @@ class Finder {
   void within(const std::string& list, Work&& work) {
     constexpr std::size_t deepest = 32;
     const std::string place = canonical(list);
-    if (!open_.insert(place).second) throw InputError(fmt::format("{}: the list contains itself: remove the entry", list));
+    if (!open_.insert(place).second) throw InputError(fmt::format("{}: the list contains itself: remove the entry", printable(list)));
     if (open_.size() > deepest) throw InputError(fmt::format("{}: lists in lists in lists: name files", list));
     work();
     open_.erase(place);
@@ -214,19 +214,19 @@ class Notes {
   void add(const std::vector<std::string>& notes, const std::string& path) {
     for (const std::string& note : notes) {
       const std::string own = note.starts_with(path + ": ") ? note.substr(path.size() + 2) : note;
-      const auto [at, is_new] = places_.emplace(own, notes_.size());
-      if (is_new) notes_.push_back({own, path, 0});
-      ++notes_[at->second].files;
+      const auto [at, is_new] = places_.emplace(own, kept_.size());
+      if (is_new) kept_.push_back({own, path, 0});
+      ++kept_[at->second].files;
     }
   }
   void put(std::vector<std::string>& into) const {
     constexpr std::size_t most = 20;
-    for (std::size_t k = 0; k < std::min(most, notes_.size()); ++k) {
-      const Note& note = notes_[k];
+    for (std::size_t k = 0; k < std::min(most, kept_.size()); ++k) {
+      const Note& note = kept_[k];
       into.push_back(note.files == 1 ? fmt::format("{}: {}", note.path, note.text)
                                      : fmt::format("{} and {} more: {}", note.path, note.files - 1, note.text));
     }
-    if (notes_.size() > most) into.push_back(fmt::format("{} more notes on its files", notes_.size() - most));
+    if (kept_.size() > most) into.push_back(fmt::format("{} more notes on its files", kept_.size() - most));
   }
 
  private:
@@ -234,7 +234,7 @@ class Notes {
     std::string text, path;
     std::size_t files;
   };
-  std::vector<Note> notes_;
+  std::vector<Note> kept_;
   std::map<std::string, std::size_t> places_;
 };
 

@@ -129,10 +129,7 @@ class LasSource : public PointSource {
   void leave_out_beyond(const PlanBox& box) override {
     if (!is_copc(file_)) return;
     chunks_ = copc_chunks(file_, box);
-    if (!chunks_) {
-      file_.notes.emplace_back("the index of the COPC file does not fit its points, so all of them are read");
-      return;
-    }
+    if (!chunks_) return;  // nobody knows what is where: all are read
     total_ = 0;
     for (const LazChunk& chunk : *chunks_) total_ += chunk.points;
   }

@@ -44,9 +44,9 @@ Cloud for_each_block(const std::string& path, const ReadOptions& options, const 
 
 /// The same of the points in `box` alone, still in the order of the file. Of a COPC file only the chunks whose cube of
 /// the octree meets the box are read and decompressed: cubes, not the bounds in the header, and grown by a step of the
-/// scale, since points are rounded after they were sorted in. Where its index does not fit its points all are read, and a
-/// note says so. Of any other file every point is decoded. Notes that count points (withheld ones) are of those that were
-/// read. Oracle: a full read, cropped (PointBlocks.Box*).
+/// scale, since points are rounded after they were sorted in. Where its index does not fit its points all are read. Of any
+/// other file every point is decoded. Notes that count points (withheld ones) are of those that were read.
+/// Oracle: a full read, cropped (PointBlocks.Box*).
 Cloud for_each_block_in(const std::string& path, const PlanBox& box, const ReadOptions& options, const Context& context,
                         const TakeBlock& take, std::size_t most = points_in_block);
 
