@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <unordered_set>
+#include <utility>
 
 namespace isopach {
 namespace {
@@ -50,27 +50,37 @@ bool is_node_of_octree(const Entry& e) {
   return std::min({e.x, e.y, e.z}) >= 0 && std::max({e.x, e.y, e.z}) < cubes;
 }
 
-// All entries with chunks; nothing if a page lies outside of the file, comes twice or holds what is no entry.
+using Pages = std::vector<std::pair<std::uint64_t, std::uint64_t>>;  // place and length
+
+// Adds what a page names; false if it holds what is no entry.
+bool read_page(std::span<const char> page, std::vector<Entry>& nodes, Pages& pages) {
+  for (std::size_t i = 0; i < page.size(); i += entry_length) {
+    const Entry entry = entry_at(page.data() + i);
+    if (!is_node_of_octree(entry) || entry.points < -1 || entry.length < 0) return false;
+    if (entry.points == -1)
+      pages.emplace_back(entry.at, static_cast<std::uint64_t>(entry.length));
+    else if (entry.points > 0)
+      nodes.push_back(entry);
+  }
+  return true;
+}
+
+// All entries with chunks; nothing if a page lies outside of the file or over another, or holds what is no entry.
 std::optional<std::vector<Entry>> nodes_of(const LasFile& file, const Octree& octree) {
-  std::vector<Entry> nodes;
-  std::vector<std::pair<std::uint64_t, std::uint64_t>> pages{{octree.root_at, octree.root_length}};
-  std::unordered_set<std::uint64_t> seen;
+  constexpr std::uint64_t at_once = entry_length << 15;
   const std::uint64_t size = file.bytes.size();
+  std::vector<Entry> nodes;
+  Pages pages{{octree.root_at, octree.root_length}};
+  std::uint64_t read = 0;  // more than the file has: pages lie over one another
   Array<char> scratch;
   while (!pages.empty()) {
     const auto [at, length] = pages.back();
     pages.pop_back();
-    if (at > size || length > size - at || length % entry_length != 0 || !seen.insert(at).second) return std::nullopt;
-    const std::span<const char> page = file.bytes.get(at, length, scratch);
-    for (std::size_t i = 0; i < page.size(); i += entry_length) {
-      const Entry entry = entry_at(page.data() + i);
-      if (!is_node_of_octree(entry) || entry.points < -1 || entry.length < 0) return std::nullopt;
-      if (entry.points == -1)
-        pages.emplace_back(entry.at, static_cast<std::uint64_t>(entry.length));
-      else if (entry.points > 0)
-        nodes.push_back(entry);
-      if (nodes.size() > size / entry_length) return std::nullopt;  // pages that lie over one another
-    }
+    if (at > size || length > size - at || length % entry_length != 0 || length == 0 || (read += length) > size)
+      return std::nullopt;
+    for (std::uint64_t done = 0; done < length; done += at_once)
+      if (!read_page(file.bytes.get(at + done, std::min(at_once, length - done), scratch), nodes, pages))
+        return std::nullopt;
   }
   return nodes;
 }

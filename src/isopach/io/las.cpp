@@ -137,7 +137,8 @@ class LasSource : public PointSource {
   void describe(FileSummary& summary) const override {
     const auto number = [&](std::size_t at) { return get_le<double>(file_.head.data() + at); };
     summary.points = file_.count;
-    summary.bounds = {{number(187), number(203), number(219)}, {number(179), number(195), number(211)}};
+    summary.bounds = FileSummary::Bounds{{number(187), number(203), number(219)},
+                                         {number(179), number(195), number(211)}};
   }
 
  private:
