@@ -5,6 +5,7 @@
 
 #include "cli/answer.hpp"
 #include "cli/input_words.hpp"
+#include "isopach/io/file_set.hpp"
 #include "isopach/io/polygons.hpp"
 
 namespace isopach::cli {
@@ -27,6 +28,14 @@ CloudView part_of(CloudView scan, const ReadOptions& wanted) {
   return scan;
 }
 
+/// A scan of one file, or of the files of a folder, pattern, list or catalogue: they are words of the run then, too.
+Cloud read_named(const std::string& word, const ReadOptions& wanted, const Context& context) {
+  if (!is_file_set(word)) return read_cloud(word, wanted, context);
+  const std::vector<std::string> files = files_of(word);
+  session().words.insert(session().words.end(), files.begin(), files.end());
+  return read_set(files, word, wanted, context);
+}
+
 }  // namespace
 
 Session& session() { return current != nullptr ? *current : of_shell(); }
@@ -40,13 +49,13 @@ const std::vector<std::string>& scan_words() { return session().scan_words; }
 CloudView scan_named(const std::string& word, const ReadOptions& wanted, const Context& context) {
   const auto& scans = session().scans;
   if (const auto found = scans.find(word); found != scans.end()) return part_of(found->second, wanted);
-  return read_cloud(word, wanted, context);
+  return read_named(word, wanted, context);
 }
 
 Cloud cloud_named(const std::string& word, const ReadOptions& wanted, const Context& context) {
   const auto& scans = session().scans;
   if (const auto found = scans.find(word); found != scans.end()) return copy_of(part_of(found->second, wanted));
-  return read_cloud(word, wanted, context);
+  return read_named(word, wanted, context);
 }
 
 std::string name_of_scan(const std::string& word) {

@@ -66,7 +66,7 @@ class SessionScope {
 };
 
 /// The scan that `word` names: one of the session, of which nothing is copied and only what `wanted` asks for is shown,
-/// or that of a file. Errors: as of read_cloud.
+/// or that of a file, or of several as files_of finds them. Errors: as of read_cloud, files_of and read_set.
 [[nodiscard]] CloudView scan_named(const std::string& word, const ReadOptions& wanted, const Context& context);
 
 /// The same as a cloud with arrays of its own: that of the file, or a copy.

@@ -316,9 +316,26 @@ def laz():
         yield f"one-point-less-{fmt}", [fmt, 0, 0, 0, 0]
 
 
+def stac():
+    def item(**assets):
+        return {"type": "Feature", "stac_version": "1.0.0", "id": "tile", "properties": {"pc:count": 4, "proj:bbox": [0, 0, 0, 1, 1, 1]},
+                "assets": assets}
+
+    tile = item(data={"href": "./a%20b.laz", "roles": ["data"]}, overview={"href": "o.laz", "roles": ["overview"]})
+    links = [{"rel": "self", "href": "c.json"}, {"rel": "item", "href": "i.json"}, {"rel": "child", "href": "file:///d/c.json"}]
+    files = {"valid-collection": {"type": "FeatureCollection", "features": [tile, item(cloud={"href": "b.laz"})]}, "valid-item": tile,
+             "valid-links": {"type": "Catalog", "stac_version": "1.0.0", "links": links}, "no-scan": item(thumbnail={"href": "t.png"}),
+             "no-object": [tile], "features-a-number": {"type": "FeatureCollection", "features": 1}}
+    for name, value in files.items():
+        yield name, json.dumps(value).encode()
+    yield "cut", json.dumps(tile).encode()[:-3]
+    yield "deep", b"[" * 200
+
+
 TARGETS = {"ply": ply, "pcd": pcd, "stl": stl, "obj": obj, "text": text_files, "las": las, "laz": laz, "raster": raster, "polygons": polygons,
            "weights": weights, "pose": pose, "config": config, "compare": compare, "distance": distance, "match": match,
-           "accuracy": accuracy, "roughness": roughness, "asymmetry": asymmetry, "sequence": sequence, "combine": combine}
+           "accuracy": accuracy, "roughness": roughness, "asymmetry": asymmetry, "sequence": sequence, "combine": combine,
+           "stac": stac}
 
 
 def main():

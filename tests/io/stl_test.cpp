@@ -55,7 +55,7 @@ TEST(StlTest, AsciiOfSeveralSolids) {
 TEST(StlTest, BinaryEvenIfItBeginsWithSolid) {
   expect_square(parse(binary("made by hand", 2, square)));
   const std::string solid = binary("solid but binary", 2, square);
-  EXPECT_TRUE(is_stl(bytes_of(solid)));
+  EXPECT_TRUE(is_stl(bytes_of(solid), solid.size()));
   expect_square(parse(solid));
 }
 

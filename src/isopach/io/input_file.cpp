@@ -79,6 +79,31 @@ void InputFile::fail_to_read(int error) const {
   throw InputError(fmt::format("{}: cannot be read ({}): check the file", path_, std::strerror(error)));
 }
 
+void InputFile::fail_cut(std::uint64_t end) const {
+  throw InputError(fmt::format("{}: was cut while it was read, from {} bytes to {}: wait until it is whole", path_,
+                               size_, end));
+}
+
+void InputFile::check_unchanged() const {
+  struct stat now {};
+  if (::fstat(descriptor_, &now) != 0) fail_to_read(errno);
+  if (static_cast<std::uint64_t>(now.st_size) != size_ || now.st_mtim.tv_sec != changed_s_ ||
+      now.st_mtim.tv_nsec != changed_ns_)
+    throw InputError(fmt::format("{}: was changed while it was read: wait until it is whole", path_));
+}
+
+void InputFile::read_at(std::uint64_t at, std::size_t length, char* into) const {
+  for (std::size_t done = 0; done < length;) {
+    context_.check();
+    const std::size_t most = std::min<std::size_t>(length - done, at_once);
+    const ssize_t got = ::pread(descriptor_, into + done, most, static_cast<off_t>(at + done));
+    if (got < 0 && errno != EINTR) fail_to_read(errno);
+    if (got == 0) fail_cut(at + done);
+    if (got > 0) done += static_cast<std::size_t>(got);
+  }
+  check_unchanged();
+}
+
 void InputFile::refuse_larger() const {
   throw InputError(
       fmt::format("{}: more than {}, the limit of @max-input (by default half of the memory): thin or crop it, or "
@@ -112,16 +137,10 @@ void InputFile::read_regular(std::uint64_t end) {
   grow(end);
   while (used_ < end) {
     const std::size_t got = read_some(std::min(end - used_, at_once));
-    if (got == 0)
-      throw InputError(fmt::format("{}: was cut while it was read, from {} bytes to {}: wait until it is whole", path_,
-                                   size_, used_));
+    if (got == 0) fail_cut(used_);
     used_ += got;
   }
-  struct stat now {};
-  if (::fstat(descriptor_, &now) != 0) fail_to_read(errno);
-  if (static_cast<std::uint64_t>(now.st_size) != size_ || now.st_mtim.tv_sec != changed_s_ ||
-      now.st_mtim.tv_nsec != changed_ns_)
-    throw InputError(fmt::format("{}: was changed while it was read: wait until it is whole", path_));
+  check_unchanged();
 }
 
 void InputFile::read_stream() {

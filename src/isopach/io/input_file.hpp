@@ -1,5 +1,6 @@
-// InputFile: the bytes of a file, pipe or device, opened once and read once into memory of our own. Nothing is mapped:
-// a file that another program cuts or changes must not change under a parser that has checked its counts.
+// InputFile: the bytes of a file, pipe or device, opened once and read once into memory of our own, or piece by piece.
+// Nothing is mapped: a file that another program cuts or changes must not change under a parser that has checked its
+// counts.
 #pragma once
 #include <cstdint>
 #include <memory>
@@ -31,6 +32,13 @@ class InputFile {
   [[nodiscard]] std::span<const char> head() const;
   /// All bytes; read by the first call. Throws InputError if a regular file was cut or changed since it was opened.
   [[nodiscard]] std::span<const char> bytes();
+  /// Bytes of a regular file when it was opened; of anything else, bytes that came.
+  [[nodiscard]] std::uint64_t size() const { return regular_ ? size_ : used_; }
+  /// Time of the last change, in nanoseconds since 1970.
+  [[nodiscard]] std::int64_t modified_ns() const { return changed_s_ * 1000000000 + changed_ns_; }
+  /// Copies `length` bytes from place `at` of a regular file that has them; max_input() does not bound it. Any thread
+  /// may call it. Throws as bytes().
+  void read_at(std::uint64_t at, std::size_t length, char* into) const;
 
  private:
   struct Release {
@@ -42,6 +50,8 @@ class InputFile {
   void grow(std::uint64_t size);
   std::size_t read_some(std::uint64_t most);
   [[noreturn]] void fail_to_read(int error) const;
+  [[noreturn]] void fail_cut(std::uint64_t end) const;
+  void check_unchanged() const;
   void refuse_larger() const;
 
   std::string path_;

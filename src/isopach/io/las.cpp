@@ -13,37 +13,44 @@
 #include <memory>
 
 #include "isopach/base/parallel.hpp"
+#include "isopach/io/copc.hpp"
 #include "isopach/io/input_file.hpp"
 #include "isopach/io/las_format.hpp"
 #include "isopach/io/laz.hpp"
 #include "isopach/io/output_file.hpp"
+#include "isopach/io/point_source.hpp"
 #include "isopach/io/scan.hpp"
 
 namespace isopach {
 namespace {
 
-constexpr std::size_t records_at_once = std::size_t{1} << 18;
+constexpr std::size_t records_at_once = std::size_t{1} << 18, bytes_at_once = std::size_t{64} << 20;
 constexpr std::size_t header_1_4 = 375;
 constexpr std::size_t name_length = 32;
 
 // The point records of a file in order, wherever they are.
 class RecordSource {
  public:
-  RecordSource(const std::string& path, const LasFile& file) : file_(file) {
-    if (!file.compressed) return;
-    laz_ = std::make_unique<LazReader>(path, file);
+  /// `chunks`: all of them, or those of which the points are wanted.
+  RecordSource(const std::string& path, const LasFile& file, std::optional<std::vector<LazChunk>> chunks = {})
+      : file_(file) {
+    if (chunks)
+      laz_ = std::make_unique<LazReader>(path, file, std::move(*chunks));
+    else if (file.compressed)
+      laz_ = std::make_unique<LazReader>(path, file);
   }
   // The next `count` records, valid until the next call.
   const char* next(std::size_t count) {
     if (laz_) return laz_->next(count);
-    const char* const here = file_.bytes.data() + file_.points_at + done_ * file_.record_length;
+    const std::size_t at = file_.points_at + done_ * file_.record_length;
     done_ += count;
-    return here;
+    return file_.bytes.get(at, count * file_.record_length, scratch_).data();
   }
 
  private:
   const LasFile& file_;
   std::unique_ptr<LazReader> laz_;
+  Array<char> scratch_;
   std::size_t done_ = 0;
 };
 
@@ -72,31 +79,78 @@ std::size_t count_withheld(const LasFile& file, const char* records, std::size_t
       [](std::size_t& total, std::size_t n) { total += n; });
 }
 
-void read_points(const LasFile& file, RecordSource& source, const std::vector<LasColumn>& columns, Cloud& cloud,
-                 const Context& context) {
-  const std::array<LasColumn, 3> xyz = las_coordinates(file);
-  for (const LasColumn& column : columns) cloud.attributes.push_back({column.name, {}});
+class LasSource : public PointSource {
+ public:
+  LasSource(const ByteView& bytes, const std::string& path, const ReadOptions& options)
+      : path_(path), file_(parse_las(bytes, path)), xyz_(las_coordinates(file_)), total_(file_.count) {
+    if (file_.count == 0) throw InputError(fmt::format("{}: the file holds no points: choose one that does", path));
+    columns_ = wanted_columns(file_, options, file_.notes);
+  }
+
+  void begin(Cloud& cloud) override {
+    cloud.format = file_.compressed ? "laz" : "las";
+    for (const LasColumn& column : columns_) cloud.attributes.push_back({column.name, {}});
+    set_crs(cloud, las_crs(file_, path_, crs_notes_));
+  }
+
   // A compressed file proves its count only by being read: until then no more memory than its size warrants.
-  const std::size_t sure = file.compressed ? std::min(file.count, file.bytes.size()) : file.count;
-  cloud.points.reserve(sure);
-  for (Attribute& attribute : cloud.attributes) attribute.values.reserve(sure);
-  std::size_t withheld = 0;
-  for (std::size_t first = 0; first < file.count; first += records_at_once) {
-    context.step("read", static_cast<double>(first) / static_cast<double>(file.count));
-    const std::size_t count = std::min(records_at_once, file.count - first);
-    const char* const records = source.next(count);
+  [[nodiscard]] std::size_t sure() const override {
+    return file_.compressed ? std::min(total_, file_.bytes.size()) : total_;
+  }
+
+  bool append(Cloud& cloud, std::size_t most, const Context& context) override {
+    if (done_ == total_) return false;
+    if (!records_) records_.emplace(path_, file_, std::move(chunks_));
+    context.step("read", static_cast<double>(done_) / static_cast<double>(total_));
+    const std::size_t at_once = std::clamp<std::size_t>(bytes_at_once / file_.record_length, 1, records_at_once);
+    const std::size_t count = std::min({at_once, most, total_ - done_}), first = cloud.points.size();
+    const char* const records = records_->next(count);
     cloud.points.resize(first + count);
     for (Attribute& attribute : cloud.attributes) attribute.values.resize(first + count);
     for_each_index(count, [&](std::size_t i) {
-      const char* const record = records + i * file.record_length;
-      cloud.points[first + i] = {xyz[0].load(record), xyz[1].load(record), xyz[2].load(record)};
-      for (std::size_t k = 0; k < columns.size(); ++k) cloud.attributes[k].values[first + i] = columns[k].load(record);
+      const char* const record = records + i * file_.record_length;
+      cloud.points[first + i] = {xyz_[0].load(record), xyz_[1].load(record), xyz_[2].load(record)};
+      for (std::size_t k = 0; k < columns_.size(); ++k)
+        cloud.attributes[k].values[first + i] = columns_[k].load(record);
     });
-    withheld += count_withheld(file, records, count);
+    withheld_ += count_withheld(file_, records, count);
+    done_ += count;
+    return true;
   }
-  if (withheld > 0)
-    cloud.notes.push_back(fmt::format("{} of {} points are flagged as withheld; they are kept", withheld, file.count));
-}
+
+  void end(Cloud& cloud) override {
+    std::vector<std::string>& notes = cloud.notes;
+    notes.insert(notes.end(), file_.notes.begin(), file_.notes.end());
+    if (withheld_ > 0)
+      notes.push_back(fmt::format("{} of {} points are flagged as withheld; they are kept", withheld_, total_));
+    notes.insert(notes.end(), crs_notes_.begin(), crs_notes_.end());
+  }
+
+  void leave_out_beyond(const PlanBox& box) override {
+    if (!is_copc(file_)) return;
+    chunks_ = copc_chunks(file_, box);
+    if (!chunks_) return;  // nobody knows what is where: all are read
+    total_ = 0;
+    for (const LazChunk& chunk : *chunks_) total_ += chunk.points;
+  }
+
+  void describe(FileSummary& summary) const override {
+    const auto number = [&](std::size_t at) { return get_le<double>(file_.head.data() + at); };
+    summary.points = file_.count;
+    summary.bounds = FileSummary::Bounds{{number(187), number(203), number(219)},
+                                         {number(179), number(195), number(211)}};
+  }
+
+ private:
+  std::string path_;
+  LasFile file_;
+  std::array<LasColumn, 3> xyz_;
+  std::vector<LasColumn> columns_;
+  std::vector<std::string> crs_notes_;
+  std::optional<std::vector<LazChunk>> chunks_;  // of a box
+  std::optional<RecordSource> records_;
+  std::size_t total_, done_ = 0, withheld_ = 0;
+};
 
 // ---------------------------------------------------------------------------------------------------------- writing
 
@@ -326,14 +380,14 @@ Frame copied_frame(const LasFile& file, std::span<const Attribute> fields, const
   std::string descriptors = las_descriptors(file) + undescribed(file);
   for (const Attribute& field : fields) descriptors += double_descriptor(unused_name(field.name, descriptors), target);
 
-  frame.head.assign(file.bytes.data(), file.header_size);
+  frame.head.assign(file.head.data(), file.header_size);
   std::uint32_t records = 1;
   for (const LasRecord& record : file.records)
     if (is_kept(record)) frame.head.append(record.whole.data(), record.whole.size()), ++records;
   frame.head += extra_bytes_record(descriptors, target);
   for (const LasRecord& record : file.extended) {
     if (!is_kept(record)) continue;
-    if (static_cast<std::size_t>(record.whole.data() - file.bytes.data()) == file.waveforms_at)
+    if (record.at == file.waveforms_at)
       frame.waveforms_in_tail = frame.tail.size();
     frame.tail.append(record.whole.data(), record.whole.size()), ++frame.tail_records;
   }
@@ -360,17 +414,14 @@ Cloud read_las(const std::string& path, const ReadOptions& options, const Contex
 
 Cloud read_las(std::span<const char> bytes, const std::string& path, const ReadOptions& options,
                const Context& context) {
-  const LasFile file = parse_las(bytes, path);
-  if (file.count == 0) throw InputError(fmt::format("{}: the file holds no points: choose one that does", path));
-  Cloud cloud;
+  LasSource source(ByteView(bytes), path, options);
+  Cloud cloud = read_all(source, context);
   cloud.path = path;
-  cloud.format = file.compressed ? "laz" : "las";
-  cloud.notes = file.notes;
-  const std::vector<LasColumn> columns = wanted_columns(file, options, cloud.notes);
-  RecordSource source(path, file);
-  read_points(file, source, columns, cloud, context);
-  set_crs(cloud, las_crs(file, cloud.path, cloud.notes));
   return cloud;
+}
+
+std::unique_ptr<PointSource> las_source(const ByteView& bytes, const std::string& path, const ReadOptions& options) {
+  return std::make_unique<LasSource>(bytes, path, options);
 }
 
 bool is_las_file(const CloudView& cloud) {

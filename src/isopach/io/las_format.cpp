@@ -55,40 +55,58 @@ auto with_raw(const LasColumn& column, const char* record, F&& f) {
 
 std::vector<LasRecord> parse_records(LasFile& file) {
   std::vector<LasRecord> records;
-  const auto promised = get_le<std::uint32_t>(file.bytes.data() + 100);
+  const auto promised = get_le<std::uint32_t>(file.head.data() + 100);
   std::size_t at = file.header_size;
   for (std::uint32_t i = 0; i < promised; ++i) {
-    const char* const head = file.bytes.data() + at;
+    const char* const head = file.head.data() + at;
     const std::size_t length = at + record_header <= file.points_at ? get_le<std::uint16_t>(head + 20) : 0;
     if (at + record_header + length > file.points_at) {
       file.notes.push_back(fmt::format("the header promises {} variable length records, {} are there", promised, i));
       break;
     }
-    records.push_back({fixed_text(head + 2, 16), get_le<std::uint16_t>(head + 18),
-                       file.bytes.subspan(at, record_header + length), file.bytes.subspan(at + record_header, length)});
+    records.push_back({fixed_text(head + 2, 16), get_le<std::uint16_t>(head + 18), at,
+                       file.head.subspan(at, record_header + length), file.head.subspan(at + record_header, length)});
     at += record_header + length;
   }
   return records;
 }
 
+// A part of the file that stays as long as `file` does.
+std::span<const char> keep(LasFile& file, std::size_t at, std::size_t length) {
+  auto copy = std::make_shared<Array<char>>();
+  const std::span<const char> part = file.bytes.get(at, length, *copy);
+  if (!file.bytes.in_memory()) file.kept.push_back(std::move(copy));
+  return part;
+}
+
+// Waveforms and the like may be larger than memory; nothing but the CRS is asked of a file that is not in it.
+bool is_kept(const LasFile& file, const std::string& user, std::size_t length) {
+  constexpr std::size_t most = std::size_t{16} << 20;
+  return file.bytes.in_memory() || ((user == "LASF_Projection" || user == "liblas") && length <= most);
+}
+
 std::vector<LasRecord> parse_extended(LasFile& file) {
   std::vector<LasRecord> records;
   if (file.header_size < header_1_3) return records;
-  const char* const header = file.bytes.data();
+  const char* const header = file.head.data();
   std::uint64_t at = get_le<std::uint64_t>(header + 227), promised = at == 0 ? 0 : 1;  // 1.3: the waveforms alone
   if (file.header_size >= header_1_4)
     at = get_le<std::uint64_t>(header + 235), promised = get_le<std::uint32_t>(header + 243);
   for (std::uint64_t i = 0; i < promised; ++i) {
     const bool fits = at >= file.points_at && at <= file.bytes.size() && file.bytes.size() - at >= extended_header;
-    const std::uint64_t length = fits ? get_le<std::uint64_t>(header + at + 20) : 0;
+    const std::uint64_t length = fits ? file.bytes.number<std::uint64_t>(at + 20) : 0;
     if (!fits || length > file.bytes.size() - at - extended_header) {
       file.notes.push_back(fmt::format("the header promises {} extended records, {} are there", promised, i));
       break;
     }
-    const std::size_t start = at, size = length;
-    records.push_back({fixed_text(header + at + 2, 16), get_le<std::uint16_t>(header + at + 18),
-                       file.bytes.subspan(start, extended_header + size),
-                       file.bytes.subspan(start + extended_header, size)});
+    std::array<char, extended_header> own{};
+    file.bytes.copy(at, own.size(), own.data());
+    LasRecord record{fixed_text(own.data() + 2, 16), get_le<std::uint16_t>(own.data() + 18), at, {}, {}};
+    if (is_kept(file, record.user, length)) {
+      record.whole = keep(file, at, extended_header + length);
+      record.data = record.whole.subspan(extended_header);
+    }
+    records.push_back(std::move(record));
     at += extended_header + length;
   }
   return records;
@@ -118,8 +136,8 @@ void check_count(const LasFile& file, const std::string& path) {
 }
 
 std::size_t point_count(const LasFile& file) {
-  const auto legacy = get_le<std::uint32_t>(file.bytes.data() + 107);
-  const std::uint64_t count = file.minor >= 4 ? get_le<std::uint64_t>(file.bytes.data() + 247) : 0;
+  const auto legacy = get_le<std::uint32_t>(file.head.data() + 107);
+  const std::uint64_t count = file.minor >= 4 ? get_le<std::uint64_t>(file.head.data() + 247) : 0;
   return count != 0 ? count : legacy;
 }
 
@@ -193,13 +211,17 @@ bool LasColumn::store(char* record, double value) const {
   });
 }
 
-LasFile parse_las(std::span<const char> bytes, const std::string& path) {
+LasFile parse_las(std::span<const char> bytes, const std::string& path) { return parse_las(ByteView(bytes), path); }
+
+LasFile parse_las(const ByteView& bytes, const std::string& path) {
   LasFile file;
   file.bytes = bytes;
-  if (bytes.size() < 4 || std::string(bytes.data(), 4) != "LASF")
+  std::array<char, oldest_header> header_bytes{};
+  const char* const header = header_bytes.data();
+  bytes.copy(0, std::min(bytes.size(), oldest_header), header_bytes.data());
+  if (bytes.size() < 4 || std::string(header, 4) != "LASF")
     fail(path, "this is not a LAS file: it does not start with LASF", "check the format");
   if (bytes.size() < oldest_header) fail(path, "the LAS header is cut short");
-  const char* const header = bytes.data();
   const int major = static_cast<unsigned char>(header[24]);
   file.minor = static_cast<unsigned char>(header[25]);
   if (major != 1 || file.minor > 5)
@@ -215,9 +237,11 @@ LasFile parse_las(std::span<const char> bytes, const std::string& path) {
     file.offset[axis] = get_le<double>(header + 155 + 8 * axis);
   }
   check_header(file, path);
+  file.head = keep(file, 0, file.points_at);
   file.count = point_count(file);
   check_count(file, path);
-  if (file.minor >= 3 && file.header_size >= header_1_3) file.waveforms_at = get_le<std::uint64_t>(header + 227);
+  if (file.minor >= 3 && file.header_size >= header_1_3)
+    file.waveforms_at = get_le<std::uint64_t>(file.head.data() + 227);
   file.records = parse_records(file);
   if (file.minor >= 3) file.extended = parse_extended(file);
   return file;

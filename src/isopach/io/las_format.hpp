@@ -3,11 +3,13 @@
 #pragma once
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
+#include "isopach/io/byte_view.hpp"
 #include "isopach/io/crs.hpp"
 
 namespace isopach {
@@ -33,12 +35,14 @@ struct LasColumn {
 struct LasRecord {
   std::string user;
   int id;
+  std::size_t at;               ///< its place in the file
   std::span<const char> whole;  ///< with its own header
-  std::span<const char> data;
+  std::span<const char> data;   ///< both empty where an extended one was not kept
 };
 
 struct LasFile {
-  std::span<const char> bytes;
+  ByteView bytes;
+  std::span<const char> head;  ///< all before the points: header and variable length records
   int minor = 0;
   std::uint16_t encoding = 0;
   std::size_t header_size = 0, points_at = 0;
@@ -50,6 +54,7 @@ struct LasFile {
   std::size_t waveforms_at = 0;  ///< 0 if none in this file
   std::vector<LasRecord> records, extended;
   std::vector<std::string> notes;
+  std::vector<std::shared_ptr<const Array<char>>> kept;  ///< what head and records look at, of a file not in memory
 };
 
 inline constexpr int las_formats = 11;
@@ -58,7 +63,9 @@ inline constexpr std::array<std::size_t, las_formats> las_record_length = {20, 2
 inline constexpr std::size_t las_descriptor_length = 192;
 
 /// Reads and checks the header and the records. Throws InputError: not LAS, version or format unknown, offsets or
-/// counts that do not fit into the file. Takes memory only for records that are there.
+/// counts that do not fit into the file. Takes memory only for records that are there. Of a file that is not in memory
+/// the points are not touched, and of the extended records those of a CRS alone are kept.
+[[nodiscard]] LasFile parse_las(const ByteView& bytes, const std::string& path);
 [[nodiscard]] LasFile parse_las(std::span<const char> bytes, const std::string& path);
 
 /// x, y and z.

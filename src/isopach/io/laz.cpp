@@ -72,28 +72,48 @@ class Handle {
   bool reading_ = false, writing_ = false;
 };
 
-// Bytes that are in memory, as a stream that LASzip can read and seek in.
+// The bytes of a file as a stream that LASzip can read and seek in.
 class BytesBuffer : public std::streambuf {
  public:
-  explicit BytesBuffer(std::span<const char> bytes) {
-    char* const begin = const_cast<char*>(bytes.data());  // streams that only read take it so
-    setg(begin, begin, begin + bytes.size());
+  explicit BytesBuffer(const ByteView& bytes) : bytes_(bytes) {
+    if (bytes.in_memory()) show(0, bytes.size());
   }
+  [[nodiscard]] std::size_t position() const { return start_ + static_cast<std::size_t>(gptr() - eback()); }
 
  protected:
+  int_type underflow() override {
+    constexpr std::size_t at_once = std::size_t{1} << 18;
+    if (position() >= bytes_.size()) return traits_type::eof();
+    show(position(), std::min(at_once, bytes_.size() - position()));
+    return traits_type::to_int_type(*gptr());
+  }
   pos_type seekoff(off_type by, std::ios_base::seekdir from, std::ios_base::openmode) override {
-    const off_type size = egptr() - eback();
-    const off_type at = by + (from == std::ios_base::beg ? 0 : from == std::ios_base::end ? size : gptr() - eback());
+    const auto size = static_cast<off_type>(bytes_.size()), here = static_cast<off_type>(position());
+    const off_type at = by + (from == std::ios_base::beg ? 0 : from == std::ios_base::end ? size : here);
     if (at < 0 || at > size) return pos_type(off_type(-1));
-    setg(eback(), eback() + at, egptr());
+    const auto place = static_cast<std::size_t>(at);
+    const auto shown = static_cast<std::size_t>(egptr() - eback());
+    if (place >= start_ && place <= start_ + shown)
+      setg(eback(), eback() + (place - start_), egptr());
+    else
+      start_ = place, setg(nullptr, nullptr, nullptr);
     return pos_type(at);
   }
   pos_type seekpos(pos_type at, std::ios_base::openmode mode) override {
     return seekoff(off_type(at), std::ios_base::beg, mode);
   }
 
- public:
-  [[nodiscard]] std::size_t position() const { return static_cast<std::size_t>(gptr() - eback()); }
+ private:
+  void show(std::size_t at, std::size_t length) {
+    const std::span<const char> part = bytes_.get(at, length, scratch_);
+    char* const begin = const_cast<char*>(part.data());  // streams that only read take it so
+    setg(begin, begin, begin + part.size());
+    start_ = at;
+  }
+
+  ByteView bytes_;
+  std::size_t start_ = 0;  // of what is shown
+  Array<char> scratch_;
 };
 
 // Items of LASzip's own record, by type: 0 extra bytes, 6-9 point/time/colour/waveform of formats 0-5, 10-14 of 6-10.
@@ -187,39 +207,51 @@ void check_items(const LasFile& file, const std::string& path) {
     fail(path, "LASzip's record and the LAS header describe different points");
 }
 
-struct Chunk {
-  std::size_t at, length, points;
-};
+// The chunk at a place of the file as its own head tells it; no points if there is none. `head`: bytes of the head.
+LazChunk chunk_at(const LasFile& file, std::size_t at, std::size_t layers, std::size_t head, Array<char>& scratch) {
+  const std::size_t size = file.bytes.size();
+  if (at > size || size - at < head) return {at, head, 0};
+  const char* const numbers = file.bytes.get(at, head, scratch).data() + file.record_length;
+  LazChunk chunk{at, head, get_le<std::uint32_t>(numbers)};
+  for (std::size_t i = 1; i <= layers; ++i) chunk.length += get_le<std::uint32_t>(numbers + 4 * i);
+  if (chunk.length > size - at) chunk.points = 0;
+  return chunk;
+}
+
+std::size_t layers_of(const LasFile& file) {
+  const std::size_t colours = file.format == 7 ? 1 : file.format == 8 || file.format == 10 ? 2 : 0;
+  const std::size_t extra = file.record_length - las_record_length[static_cast<std::size_t>(file.format)];
+  return 9 + colours + (file.format >= 9 ? 1 : 0) + extra;
+}
+
+std::size_t head_of_chunk(const LasFile& file) { return file.record_length + 4 + 4 * layers_of(file); }
 
 // The chunks of a layered file (point formats 6 to 10), found without the table at the end: a chunk is one plain point,
 // the number of points, the length of each layer, and the layers.
-std::vector<Chunk> find_chunks(const LasFile& file, const std::string& path) {
-  const std::size_t colours = file.format == 7 ? 1 : file.format == 8 || file.format == 10 ? 2 : 0;
-  const std::size_t extra = file.record_length - las_record_length[static_cast<std::size_t>(file.format)];
-  const std::size_t layers = 9 + colours + (file.format >= 9 ? 1 : 0) + extra;
-  const std::size_t head = file.record_length + 4 + 4 * layers, size = file.bytes.size();
-  std::vector<Chunk> chunks;
+std::vector<LazChunk> find_chunks(const LasFile& file, const std::string& path) {
+  const std::size_t layers = layers_of(file), head = head_of_chunk(file);
+  std::vector<LazChunk> chunks;
+  Array<char> scratch;
   std::size_t at = file.points_at + 8;
   for (std::size_t found = 0; found < file.count;) {
-    const bool fits = at <= size && size - at >= head;
-    const std::size_t points = fits ? get_le<std::uint32_t>(file.bytes.data() + at + file.record_length) : 0;
-    std::size_t length = head;
-    for (std::size_t i = 0; fits && i < layers; ++i)
-      length += get_le<std::uint32_t>(file.bytes.data() + at + file.record_length + 4 + 4 * i);
-    if (points == 0 || length > size - at)
+    LazChunk chunk = chunk_at(file, at, layers, head, scratch);
+    if (chunk.points == 0)
       fail(path, fmt::format("the header promises {} points, {} are there in whole chunks", file.count, found));
-    chunks.push_back({at, length, std::min(points, file.count - found)});
+    const std::size_t points = chunk.points;
+    chunk.points = std::min(points, file.count - found);
+    chunks.push_back(chunk);
     found += points;
-    at += length;
+    at += chunk.length;
   }
   return chunks;
 }
 
 // A file of its own for one chunk: LASzip trusts the table of chunks without checking it, and here it meets none.
-std::string file_of_chunk(const LasFile& file, const Chunk& chunk) {
+std::string file_of_chunk(const LasFile& file, const LazChunk& chunk) {
   constexpr std::size_t header = 375;
   const std::span<const char> record = laszip_record(file)->whole;
-  std::string bytes(file.bytes.data(), header);
+  std::string bytes(header, '\0');
+  file.bytes.copy(0, std::min(header, file.bytes.size()), bytes.data());
   char* const h = bytes.data();
   h[25] = 4;
   put_le(h + 94, static_cast<std::uint16_t>(header));
@@ -232,20 +264,22 @@ std::string file_of_chunk(const LasFile& file, const Chunk& chunk) {
   put_le(bytes.data() + header + 54 + 12, static_cast<std::uint32_t>(chunk.points));  // points in a chunk
   const std::uint64_t no_table = bytes.size();
   bytes.append(reinterpret_cast<const char*>(&no_table), sizeof no_table);
-  bytes.append(file.bytes.data() + chunk.at, chunk.length);
+  const std::size_t before = bytes.size();
+  bytes.resize(before + chunk.length);
+  file.bytes.copy(chunk.at, chunk.length, bytes.data() + before);
   return bytes;
 }
 
 // Where the file says that its table of chunks is: before the points, or at the end if it was written to a stream.
 std::int64_t place_of_table(const LasFile& file) {
-  const auto table = get_le<std::int64_t>(file.bytes.data() + file.points_at);
-  return table == -1 ? get_le<std::int64_t>(file.bytes.data() + file.bytes.size() - 8) : table;
+  const auto table = file.bytes.number<std::int64_t>(file.points_at);
+  return table == -1 ? file.bytes.number<std::int64_t>(file.bytes.size() - 8) : table;
 }
 
 // LASzip takes memory for as many records as the header says, and as many chunks as the table says; each of these needs
 // room for a first, uncompressed point.
 void check_table(const LasFile& file, const std::string& path) {
-  if (get_le<std::uint32_t>(file.bytes.data() + 100) != file.records.size())
+  if (get_le<std::uint32_t>(file.head.data() + 100) != file.records.size())
     fail(path, "the header promises more variable length records than there are");
   const LasRecord* const record = laszip_record(file);
   if (get_le<std::uint16_t>(record->data.data()) < 2) return;  // not in chunks
@@ -256,7 +290,7 @@ void check_table(const LasFile& file, const std::string& path) {
   if (table < 0 || at < file.points_at || at > size || size - at < 8)
     fail(path,
          fmt::format("the table of compressed chunks is at byte {} of a file of {}: it is cut short", table, size));
-  const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + at + 4);
+  const std::size_t chunks = file.bytes.number<std::uint32_t>(at + 4);
   if (chunks > (at - file.points_at) / file.record_length)
     fail(path, fmt::format("the table of compressed chunks promises {} of them, more than the file can hold", chunks));
 }
@@ -303,7 +337,7 @@ void pack(const laszip_point& p, int format, std::size_t length, char* record) {
 // A reader of the whole file that can be set to any point: one of several that decompress side by side.
 class PlacedReader {
  public:
-  explicit PlacedReader(std::span<const char> bytes) : buffer_(bytes), stream_(&buffer_) {}
+  explicit PlacedReader(const ByteView& bytes) : buffer_(bytes), stream_(&buffer_) {}
   /// Empty, or what is wrong.
   [[nodiscard]] std::string open() {
     const bool good = handle_.open_reader(stream_) && laszip_get_point_pointer(handle_.get(), &point_) == 0;
@@ -337,7 +371,7 @@ std::size_t points_in_chunks(const LasFile& file) {
   if (is_layered(file) || get_le<std::uint16_t>(record) != 2) return 0;
   const std::size_t points = get_le<std::uint32_t>(record + 12);
   if (points == 0 || points >= file.count) return 0;
-  const std::size_t chunks = get_le<std::uint32_t>(file.bytes.data() + place_of_table(file) + 4);
+  const std::size_t chunks = file.bytes.number<std::uint32_t>(static_cast<std::size_t>(place_of_table(file)) + 4);
   return chunks == (file.count + points - 1) / points ? points : 0;
 }
 
@@ -350,6 +384,7 @@ struct LazReader::State {
       : path(name),
         file(las),
         batch(std::clamp<std::size_t>(batch_bytes / las.record_length, 1, batch_points)),
+        total(las.count),
         buffer(las.bytes),
         whole(&buffer) {}
   static constexpr std::size_t batch_points = std::size_t{1} << 19, batch_bytes = std::size_t{64} << 20;
@@ -357,7 +392,8 @@ struct LazReader::State {
   std::string path;
   const LasFile& file;
   std::size_t batch;          // most points at a time
-  std::vector<Chunk> chunks;  // empty unless layered
+  std::vector<LazChunk> chunks;  // empty unless layered
+  std::size_t total = 0;         // points of all of them, or of the file
   std::size_t regular = 0;    // points in each chunk of a file of regular chunks, 0: any other file
   std::size_t next_chunk = 0, left = 0, done = 0;
   std::size_t reached = 0;  // where the last batch of regular chunks ended in the file
@@ -371,7 +407,7 @@ struct LazReader::State {
   std::size_t given = 0, ready = 0;  // records of the buffer that were handed out, and all of them
 
   [[noreturn]] void fail_at(std::size_t at, const std::string& cause) const {
-    fail(path, fmt::format("point {} of {} cannot be decompressed ({})", at + 1, file.count, cause));
+    fail(path, fmt::format("point {} of {} cannot be decompressed ({})", at + 1, total, cause));
   }
 
   void open() {
@@ -381,7 +417,7 @@ struct LazReader::State {
       good = laszip->open_reader(whole);
       left = file.count;
     } else {
-      const Chunk& chunk = chunks[next_chunk++];
+      const LazChunk& chunk = chunks[next_chunk++];
       chunked = std::istringstream(file_of_chunk(file, chunk));
       good = laszip->open_reader(chunked);
       left = chunk.points;
@@ -409,7 +445,7 @@ struct LazReader::State {
     return n;
   }
 
-  void decompress(const Chunk& chunk, Run& run, char* into) const {
+  void decompress(const LazChunk& chunk, Run& run, char* into) const {
     std::istringstream stream(file_of_chunk(file, chunk));
     Handle handle;
     laszip_point* read = nullptr;
@@ -493,7 +529,7 @@ struct LazReader::State {
     const std::size_t length = file.record_length;
     if (ready > given) std::memmove(records.data(), records.data() + given * length, (ready - given) * length);
     ready -= given, given = 0;
-    records.resize((ready + std::min(batch, file.count - done)) * length);
+    records.resize((ready + std::min(batch, total - done)) * length);
     char* const into = records.data() + ready * length;
     std::size_t count = 0;
     if (const std::size_t n = left == 0 ? layered_chunks() : 0; n > 0)
@@ -517,6 +553,21 @@ LazReader::LazReader(const std::string& path, const LasFile& file) : state_(std:
   state.reached = file.points_at + 8;
 }
 
+LazReader::LazReader(const std::string& path, const LasFile& file, std::vector<LazChunk> chunks)
+    : state_(std::make_unique<State>(path, file)) {
+  check_items(file, path);
+  const std::size_t layers = layers_of(file), head = head_of_chunk(file);
+  Array<char> scratch;
+  state_->total = 0;
+  for (const LazChunk& chunk : chunks) {
+    const LazChunk there = chunk_at(file, chunk.at, layers, head, scratch);
+    if (there.points != chunk.points || there.length != chunk.length)
+      fail(path, fmt::format("the index of chunks does not fit the chunk at byte {}", chunk.at));
+    state_->total += chunk.points;
+  }
+  state_->chunks = std::move(chunks);
+}
+
 LazReader::~LazReader() = default;
 
 const char* LazReader::next(std::size_t count) {
@@ -525,6 +576,11 @@ const char* LazReader::next(std::size_t count) {
   const char* const records = state.records.data() + state.given * state.file.record_length;
   state.given += count;
   return records;
+}
+
+bool has_layered_chunks(const LasFile& file) {
+  const LasRecord* const record = file.compressed ? laszip_record(file) : nullptr;
+  return record != nullptr && record->data.size() >= 2 && is_layered(file) && file.format >= 6;
 }
 
 void compress_las(const std::string& las, const std::string& laz, std::size_t count, const Context& context) {

@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "isopach/base/error.hpp"
+#include "isopach/io/point_source.hpp"
 #include "isopach/io/rows.hpp"
 
 namespace isopach {
@@ -61,16 +62,54 @@ std::optional<Scalar> scalar_type(std::string_view word) {
   return std::nullopt;
 }
 
+// Where the numbers of a binary row without lists go.
+std::vector<BinaryColumn> binary_columns(const Element& element) {
+  std::vector<BinaryColumn> columns;
+  std::size_t offset = 0;
+  for (const Property& property : element.properties) {
+    if (property.target >= 0) columns.push_back({offset, property.type, property.target});
+    offset += size_of(property.type);
+  }
+  return columns;
+}
+
+// The columns of an ascii row up to the last that is wanted; nothing if one of them comes after a list.
+std::optional<RowFormat> row_format(const Element& element) {
+  const auto first_list = std::find_if(element.properties.begin(), element.properties.end(),
+                                       [](const Property& p) { return p.count_type.has_value(); });
+  if (std::any_of(first_list, element.properties.end(), [](const Property& p) { return p.target >= 0; }))
+    return std::nullopt;
+  RowFormat format;
+  format.comments = false;
+  for (auto p = element.properties.begin(); p != first_list; ++p) format.targets.push_back(p->target);
+  while (format.targets.back() < 0) format.targets.pop_back();
+  return format;
+}
+
+[[noreturn]] void cut_short(const Element& element, const std::string& name) {
+  throw InputError(fmt::format("{}: {} of element {} announced, but the file ends before: it is incomplete or damaged",
+                               name, element.count, quoted(element.name)));
+}
+
 class PlyReader {
  public:
   PlyReader(Bytes bytes, const std::string& name, const ReadOptions& options)
       : bytes_(bytes), text_(as_text(bytes)), name_(name), options_(options) {}
 
-  Cloud read(const Context& context) {
+  /// The header alone, and what of the file is to be kept.
+  void prepare() {
     cloud_.format = "ply";
     read_header();
     choose_targets();
     offset_ = header_.size;
+  }
+  [[nodiscard]] const Header& header() const { return header_; }
+  [[nodiscard]] const Element& vertices() const { return *vertices_; }
+  /// Format, unit, CRS and attributes; after read, points.
+  [[nodiscard]] const Cloud& cloud() const { return cloud_; }
+
+  Cloud read(const Context& context) {
+    prepare();
     for (const Element& element : header_.elements) {
       read_element(element);
       context.step("read", static_cast<double>(offset_) / static_cast<double>(bytes_.size()));
@@ -237,10 +276,7 @@ class PlyReader {
     }
   }
 
-  [[noreturn]] void cut_short(const Element& element) const {
-    fail(fmt::format("{} of element {} announced, but the file ends before: it is incomplete or damaged", element.count,
-                     quoted(element.name)));
-  }
+  [[noreturn]] void cut_short(const Element& element) const { isopach::cut_short(element, name_); }
 
   void resize_vertices(const Element& element) {
     cloud_.points.resize(element.count);
@@ -270,13 +306,7 @@ class PlyReader {
     }
     const std::size_t stride = element.stride();
     if (element.count * stride > bytes_.size() - offset_) cut_short(element);
-    std::vector<BinaryColumn> columns;
-    std::size_t offset = 0;
-    for (const Property& property : element.properties) {
-      if (property.target >= 0) columns.push_back({offset, property.type, property.target});
-      offset += size_of(property.type);
-    }
-    load_rows(bytes_.data() + offset_, element.count, stride, columns, swap, cloud_);
+    load_rows(bytes_.data() + offset_, element.count, stride, binary_columns(element), swap, cloud_);
     offset_ += element.count * stride;
   }
 
@@ -322,19 +352,14 @@ class PlyReader {
   }
 
   void read_ascii_vertices(const Element& element) {
-    const auto first_list = std::find_if(element.properties.begin(), element.properties.end(),
-                                         [](const Property& p) { return p.count_type.has_value(); });
-    if (std::any_of(first_list, element.properties.end(), [](const Property& p) { return p.target >= 0; })) {
+    const std::optional<RowFormat> format = row_format(element);
+    if (!format) {
       read_ascii_list_vertices(element);
       return;
     }
     const std::size_t length = offset_after_rows(text_.substr(offset_), element.count, false);
     if (length == std::string_view::npos) cut_short(element);
-    RowFormat format;
-    format.comments = false;
-    for (auto p = element.properties.begin(); p != first_list; ++p) format.targets.push_back(p->target);
-    while (format.targets.back() < 0) format.targets.pop_back();
-    parse_rows(text_, offset_, offset_ + length, format, name_, cloud_);
+    parse_rows(text_, offset_, offset_ + length, *format, name_, cloud_);
     offset_ += length;
   }
 
@@ -415,7 +440,112 @@ class PlyReader {
   Cloud cloud_;
 };
 
+// Vertices without lists, with nothing before them or, in a binary file, elements without lists.
+class PlySource : public PointSource {
+ public:
+  PlySource(const ByteView& bytes, const std::string& name, const ReadOptions& options)
+      : bytes_(bytes), name_(name), reader_(head_of(bytes), name_, options) {
+    reader_.prepare();
+  }
+
+  /// Whether it can read the file; where it can, it finds out where the vertices stand.
+  [[nodiscard]] bool finds_vertices() {
+    const Element& vertices = reader_.vertices();
+    const bool ascii = reader_.header().encoding == Encoding::ascii;
+    at_ = reader_.header().size;
+    for (const Element& element : reader_.header().elements) {
+      if (ascii ? &element != &vertices : element.has_list()) return false;
+      check_count(element);
+      if (&element == &vertices) break;
+      at_ += element.count * element.stride();
+    }
+    if (!ascii) return true;
+    const std::optional<RowFormat> format = row_format(vertices);
+    if (format) rows_.emplace(bytes_, at_, header_lines(), *format, name_);
+    return format.has_value();
+  }
+
+  void begin(Cloud& cloud) override {
+    const Cloud& known = reader_.cloud();
+    cloud.format = known.format, cloud.crs = known.crs;
+    cloud.unit = known.unit, cloud.vertical_unit = known.vertical_unit;
+    cloud.attributes = known.attributes;
+  }
+
+  bool append(Cloud& cloud, std::size_t most, const Context& context) override {
+    const Element& vertices = reader_.vertices();
+    const std::size_t count = std::min<std::size_t>(most, vertices.count - done_);
+    if (count == 0) return false;
+    const std::size_t got = rows_ ? rows_->append(cloud, count) : append_binary(cloud, count);
+    if (got == 0) cut_short(vertices, name_);
+    done_ += got;
+    context.step("read", static_cast<double>(done_) / static_cast<double>(vertices.count));
+    return true;
+  }
+
+  void end(Cloud& cloud) override {
+    if (rows_) rows_->note(cloud);
+  }
+
+  void describe(FileSummary& summary) const override { summary.points = reader_.vertices().count; }
+
+ private:
+  // The first bytes of the file, with all of its header.
+  Bytes head_of(const ByteView& bytes) {
+    constexpr std::size_t first = std::size_t{1} << 16;
+    for (std::size_t length = first;; length *= 2) {
+      const bool all = length >= bytes.size();
+      const Bytes head = bytes.get(0, all ? bytes.size() : length, head_);
+      const std::size_t end = as_text(head).find("end_header");
+      const bool whole = end != std::string_view::npos && as_text(head).find('\n', end) != std::string_view::npos;
+      if (all || whole || length >= max_input()) return head;
+    }
+  }
+
+  [[nodiscard]] std::size_t header_lines() const {
+    Array<char> scratch;
+    const std::size_t size = reader_.header().size;
+    return line_number(as_text(bytes_.get(0, size, scratch)), size) - 1;
+  }
+
+  // A count beyond the size of the file is known to be wrong before any memory is taken.
+  void check_count(const Element& element) const {
+    const bool ascii = reader_.header().encoding == Encoding::ascii;
+    const std::size_t left = bytes_.size() - std::min<std::size_t>(at_, bytes_.size());
+    const std::size_t least = ascii ? element.properties.size() * 2 : element.stride();
+    if (least > 0 && element.count > (left + (ascii ? 1 : 0)) / least) cut_short(element, name_);
+  }
+
+  std::size_t append_binary(Cloud& cloud, std::size_t most) {
+    const Element& vertices = reader_.vertices();
+    const bool swap =
+        (reader_.header().encoding == Encoding::big) == (std::endian::native == std::endian::little);
+    constexpr std::size_t bytes_at_once = std::size_t{64} << 20;
+    const std::size_t stride = vertices.stride();
+    const std::size_t count = std::min(most, std::max<std::size_t>(1, bytes_at_once / stride));
+    const Bytes rows = bytes_.get(at_ + done_ * stride, count * stride, scratch_);
+    cloud.points.resize(cloud.points.size() + count);
+    for (Attribute& attribute : cloud.attributes) attribute.values.resize(cloud.points.size());
+    load_rows(rows.data(), count, stride, binary_columns(vertices), swap, cloud);
+    return count;
+  }
+
+  ByteView bytes_;
+  std::string name_;
+  Array<char> head_, scratch_;
+  PlyReader reader_;
+  std::size_t at_ = 0, done_ = 0;
+  std::optional<RowStream> rows_;  // of an ascii file
+};
+
 }  // namespace
+
+std::unique_ptr<PointSource> ply_source(const ByteView& bytes, const std::string& path, const ReadOptions& options) {
+  if (options.faces) return nullptr;
+  auto source = std::make_unique<PlySource>(bytes, path, options);
+  if (!source->finds_vertices()) return nullptr;
+  return source;
+}
 
 Cloud parse_ply(Bytes bytes, const std::string& name, const ReadOptions& options, const Context& context) {
   return PlyReader(bytes, name, options).read(context);

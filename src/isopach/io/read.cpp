@@ -9,6 +9,7 @@
 #include "isopach/base/parallel.hpp"
 #include "isopach/io/ascii_grid.hpp"
 #include "isopach/io/foreign.hpp"
+#include "isopach/io/formats.hpp"
 #include "isopach/io/input_file.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/obj.hpp"
@@ -21,8 +22,6 @@
 
 namespace isopach {
 namespace {
-
-enum class Format { text, ply, obj, stl, pcd, las, raster };
 
 std::string extension(const std::string& path) {
   const std::size_t slash = path.find_last_of('/');
@@ -44,9 +43,9 @@ bool is_binary(std::string_view head) {
   return head.find('\0') != std::string_view::npos;
 }
 
-Format find_format(const std::string& path, Bytes bytes) {
-  constexpr std::size_t head_bytes = 4096;
-  const Bytes head = bytes.subspan(0, std::min(bytes.size(), head_bytes));
+}  // namespace
+
+Format find_format(const std::string& path, Bytes head, std::uint64_t size) {
   const std::string_view text = as_text(head);
   if (starts_with(text, "ply") && text.size() > 3 && std::strchr("\r\n \t", text[3]) != nullptr) return Format::ply;
   if (is_las(text)) return Format::las;
@@ -54,7 +53,7 @@ Format find_format(const std::string& path, Bytes bytes) {
   if (is_raster(text)) return Format::raster;
   const ForeignFormat foreign = foreign_format(text);
   if (!foreign.name.empty()) refuse(path, foreign);
-  if (is_stl(bytes)) return Format::stl;
+  if (is_stl(head, size)) return Format::stl;
   const std::string end = extension(path);
   if (end == ".ply") return Format::ply;
   if (end == ".las" || end == ".laz") return Format::las;
@@ -68,13 +67,32 @@ Format find_format(const std::string& path, Bytes bytes) {
   return Format::text;
 }
 
-Cloud read_file(const std::string& path, const ReadOptions& options, const Context& context) {
-  InputFile file(path, context);
+std::string format_name(Format format) {
+  switch (format) {
+    case Format::ply:
+      return "ply";
+    case Format::obj:
+      return "obj";
+    case Format::stl:
+      return "stl";
+    case Format::pcd:
+      return "pcd";
+    case Format::las:
+      return "las";
+    case Format::raster:
+      return "raster";
+    case Format::text:
+      break;
+  }
+  return "xyz";
+}
+
+Cloud read_opened(InputFile& file, const std::string& path, const ReadOptions& options, const Context& context) {
   // Only rasters are larger than what they hold in memory, and GDAL reads the files that may stand beside them.
   if (file.is_regular() && is_raster(as_text(file.head())) && !is_ascii_grid(as_text(file.head())))
     return read_raster(path, options, context);
   const Bytes bytes = file.bytes();
-  switch (find_format(path, bytes)) {
+  switch (find_format(path, file.head(), bytes.size())) {
     case Format::ply:
       return parse_ply(bytes, path, options, context);
     case Format::obj:
@@ -93,12 +111,13 @@ Cloud read_file(const std::string& path, const ReadOptions& options, const Conte
   return parse_text(bytes, path, options, context);
 }
 
-}  // namespace
-
 Cloud read_cloud(const std::string& path, const ReadOptions& options, const Context& context) {
   context.check();
   Cloud cloud;
-  run_with_threads(context, [&] { cloud = read_file(path, options, context); });
+  run_with_threads(context, [&] {
+    InputFile file(path, context);
+    cloud = read_opened(file, path, options, context);
+  });
   cloud.path = path;
   return cloud;
 }

@@ -6,6 +6,7 @@
 #include <cstring>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
 
 namespace isopach {
@@ -192,13 +193,35 @@ const char* separator_name(char separator) {
   const auto fields =
       split(trimmed({chunk.bad_line, static_cast<std::size_t>(stop - chunk.bad_line)}), format.separator);
   const auto column = static_cast<std::size_t>(chunk.bad_column);
-  const std::size_t line = line_number(file, static_cast<std::size_t>(chunk.bad_line - file.data()));
+  const std::size_t line =
+      format.lines_before + line_number(file, static_cast<std::size_t>(chunk.bad_line - file.data()));
   if (column >= fields.size())
     throw InputError(
         fmt::format("{}: line {}: {} columns separated by {}, but {} are needed: complete or remove the line", name,
                     line, fields.size(), separator_name(format.separator), format.targets.size()));
   throw InputError(fmt::format("{}: line {}: {} in column {} is not a number: correct the line or remove it", name,
                                line, quoted(fields[column]), column + 1));
+}
+
+// parse_rows, but for the note: true if there was a decimal comma.
+bool parse_text_rows(std::string_view file, std::string_view rows, const RowFormat& format, const std::string& name,
+                     Cloud& cloud) {
+  std::vector<Chunk> chunks = cut_chunks(rows.data(), rows.data() + rows.size());
+  const std::size_t count = count_rows(chunks, format.comments);
+  const std::size_t base = cloud.points.size();
+  cloud.points.resize(base + count);
+  for (Attribute& attribute : cloud.attributes) attribute.values.resize(base + count);
+  for_blocks(chunks.size(), 1, [&](std::size_t i, std::size_t) { parse_chunk(chunks[i], format, base, cloud); });
+  bool comma = false;
+  for (const Chunk& chunk : chunks) {  // in order, so that the first bad line is named whatever thread met it
+    if (chunk.bad_line != nullptr) fail(file, chunk, format, name);
+    comma = comma || chunk.decimal_comma;
+  }
+  return comma;
+}
+
+void note_commas(const std::string& name, Cloud& cloud) {
+  cloud.notes.push_back(fmt::format("{}: decimal commas were read as decimal points", name));
 }
 
 }  // namespace
@@ -242,6 +265,7 @@ std::vector<std::string_view> split(std::string_view line, char separator) {
 
 std::size_t offset_after_rows(std::string_view text, std::size_t rows, bool comments) {
   if (rows == 0) return 0;
+  if (rows > text.size()) return std::string_view::npos;  // a row takes a byte at least
   const char* const begin = text.data();
   const char* const end = begin + text.size();
   std::size_t offset = std::string_view::npos;
@@ -255,19 +279,54 @@ std::size_t offset_after_rows(std::string_view text, std::size_t rows, bool comm
 
 std::size_t parse_rows(std::string_view file, std::size_t begin, std::size_t end, const RowFormat& format,
                        const std::string& name, Cloud& cloud) {
-  std::vector<Chunk> chunks = cut_chunks(file.data() + begin, file.data() + end);
-  const std::size_t rows = count_rows(chunks, format.comments);
   const std::size_t base = cloud.points.size();
-  cloud.points.resize(base + rows);
-  for (Attribute& attribute : cloud.attributes) attribute.values.resize(base + rows);
-  for_blocks(chunks.size(), 1, [&](std::size_t i, std::size_t) { parse_chunk(chunks[i], format, base, cloud); });
-  bool comma = false;
-  for (const Chunk& chunk : chunks) {  // in order, so that the first bad line is named whatever thread met it
-    if (chunk.bad_line != nullptr) fail(file, chunk, format, name);
-    comma = comma || chunk.decimal_comma;
+  if (parse_text_rows(file, file.substr(begin, end - begin), format, name, cloud)) note_commas(name, cloud);
+  return cloud.points.size() - base;
+}
+
+RowStream::RowStream(const ByteView& bytes, std::size_t from, std::size_t lines_before, RowFormat format,
+                     std::string name)
+    : bytes_(bytes), at_(from), format_(std::move(format)), name_(std::move(name)) {
+  format_.lines_before = lines_before;
+}
+
+bool RowStream::next_piece() {
+  constexpr std::size_t piece = std::size_t{32} << 20;
+  const std::size_t left = bytes_.size() - at_;
+  if (left == 0) return false;
+  for (std::size_t length = bytes_.in_memory() ? left : piece;; length *= 2) {
+    if (length < left && length > std::max<std::uint64_t>(piece, max_input()))
+      throw InputError(fmt::format("{}: line {} is longer than {}, the limit of @max-input: this is no text of points",
+                                   name_, format_.lines_before + 1, bytes_in_words(max_input())));
+    const std::string_view text = as_text(bytes_.get(at_, std::min(length, left), scratch_));
+    const std::size_t end = length >= left ? text.size() : text.rfind('\n') + 1;  // npos + 1 is 0
+    if (end == 0) continue;
+    rest_ = text.substr(0, end);
+    at_ += end;
+    return true;
   }
-  if (comma) cloud.notes.push_back(fmt::format("{}: decimal commas were read as decimal points", name));
-  return rows;
+}
+
+std::size_t RowStream::append(Cloud& cloud, std::size_t most) {
+  const std::size_t before = cloud.points.size();
+  while (cloud.points.size() == before) {
+    if (rest_.empty() && !next_piece()) return 0;
+    const std::size_t length = std::min(rest_.size(), offset_after_rows(rest_, most, format_.comments));
+    const std::string_view rows = rest_.substr(0, length);
+    comma_ = parse_text_rows(rest_, rows, format_, name_, cloud) || comma_;
+    rest_.remove_prefix(length);
+    if (!rest_.empty() || at_ < bytes_.size())  // for the message about a line to come
+      format_.lines_before += static_cast<std::size_t>(std::count(rows.begin(), rows.end(), '\n'));
+  }
+  return cloud.points.size() - before;
+}
+
+double RowStream::progress() const {
+  return static_cast<double>(at_ - rest_.size()) / static_cast<double>(bytes_.size());
+}
+
+void RowStream::note(Cloud& cloud) const {
+  if (comma_) note_commas(name_, cloud);
 }
 
 }  // namespace isopach

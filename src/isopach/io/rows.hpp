@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "isopach/io/byte_view.hpp"
 #include "isopach/io/scan.hpp"
 
 namespace isopach {
@@ -12,6 +13,7 @@ namespace isopach {
 struct RowFormat {
   char separator = ' ';      ///< ',' ';' '\t' or ' ' = any run of blanks and tabs
   bool comments = true;      ///< skip lines that start with # % ! or //
+  std::size_t lines_before = 0;  ///< line ends before the text, for the number of a line in messages
   std::vector<int> targets;  ///< per column up to the last wanted: 0, 1, 2 = x, y, z; 3 + k = attribute k; -1 = skipped
 };
 
@@ -32,5 +34,30 @@ struct RowFormat {
 /// Returns the number of rows. Throws InputError with the number of the first line that does not parse.
 std::size_t parse_rows(std::string_view file, std::size_t begin, std::size_t end, const RowFormat& format,
                        const std::string& name, Cloud& cloud);
+
+/// The rows of a text one lot after the other: all at once where it is in memory, else from pieces of the file of some
+/// MiB, each cut at a line end. Oracle: parse_rows of the whole.
+class RowStream {
+ public:
+  /// From place `from` to the end; `lines_before` line ends stand before it. The bytes must outlive the stream.
+  RowStream(const ByteView& bytes, std::size_t from, std::size_t lines_before, RowFormat format, std::string name);
+  /// Appends the next rows, `most` of them at most; their number, 0 at the end. Throws as parse_rows.
+  std::size_t append(Cloud& cloud, std::size_t most);
+  /// Share of the text that was read.
+  [[nodiscard]] double progress() const;
+  /// The note on decimal commas, if there were any.
+  void note(Cloud& cloud) const;
+
+ private:
+  bool next_piece();
+
+  ByteView bytes_;
+  std::size_t at_;  // where the next piece begins
+  RowFormat format_;
+  std::string name_;
+  bool comma_ = false;
+  Array<char> scratch_;
+  std::string_view rest_;  // of the piece at hand
+};
 
 }  // namespace isopach

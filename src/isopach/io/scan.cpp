@@ -145,13 +145,14 @@ std::size_t size_of(Scalar type) {
 void load_rows(const char* rows, std::size_t count, std::size_t stride, const std::vector<BinaryColumn>& columns,
                bool swap, Cloud& cloud) {
   constexpr std::size_t block = 1 << 15;
+  const std::size_t before = cloud.points.size() - count;
   for_blocks(count, block, [&](std::size_t begin, std::size_t end) {
     for (const BinaryColumn& column : columns) {
       const char* row = rows + begin * stride + column.offset;
       // Column by column: the type is the same for the whole inner loop, which the processor then predicts.
       double* const values =
           column.target < 3 ? nullptr : cloud.attributes[static_cast<std::size_t>(column.target - 3)].values.data();
-      for (std::size_t i = begin; i < end; ++i, row += stride) {
+      for (std::size_t i = before + begin; i < before + end; ++i, row += stride) {
         const double value = load_scalar(row, column.type, swap);
         if (values != nullptr)
           values[i] = value;

@@ -59,8 +59,8 @@ class UniquePoints {
 
 std::uint64_t announced(Bytes bytes) { return load<std::uint32_t>(bytes.data() + 80, swap_bytes); }
 
-bool is_binary_size(Bytes bytes) {
-  return bytes.size() >= header_bytes && bytes.size() == header_bytes + facet_bytes * announced(bytes);
+bool is_binary_size(Bytes head, std::uint64_t size) {
+  return head.size() >= header_bytes && size == header_bytes + facet_bytes * announced(head);
 }
 
 bool starts_as_text(std::string_view text) {
@@ -141,10 +141,10 @@ class StlReader {
 
 }  // namespace
 
-bool is_stl(Bytes bytes) {
-  if (is_binary_size(bytes)) return true;
-  constexpr std::size_t head = 4096;
-  const std::string_view text = as_text(bytes).substr(0, head);
+bool is_stl(Bytes head, std::uint64_t size) {
+  if (is_binary_size(head, size)) return true;
+  constexpr std::size_t most = 4096;
+  const std::string_view text = as_text(head).substr(0, most);
   if (!starts_as_text(text)) return false;
   const std::string lower = lower_case(text);
   return lower.find("facet") != std::string::npos || lower.find("endsolid") != std::string::npos;
@@ -153,7 +153,7 @@ bool is_stl(Bytes bytes) {
 Cloud parse_stl(Bytes bytes, const std::string& name, const ReadOptions& options, const Context& context) {
   StlReader reader(bytes, name, options);
   // Some programs begin binary files with "solid" too, so the size decides first.
-  const bool ascii = !is_binary_size(bytes) && starts_as_text(as_text(bytes));
+  const bool ascii = !is_binary_size(bytes, bytes.size()) && starts_as_text(as_text(bytes));
   return ascii ? reader.read_ascii(context) : reader.read_binary(context);
 }
 

@@ -3,6 +3,7 @@
 // InputError: no triangles, a file cut short, a facet without three corners (with the line).
 // Cost: one pass and a hash table of the points. Oracle test: StlTest.RoundTrip*.
 #pragma once
+#include <cstdint>
 #include <span>
 #include <string>
 
@@ -14,7 +15,7 @@ namespace isopach {
                               const Context& context);
 
 /// True if the size is that of a binary STL file with the number of triangles it announces, or the text begins as an
-/// ascii one.
-[[nodiscard]] bool is_stl(std::span<const char> bytes);
+/// ascii one. `head`: the first bytes of `size` in all.
+[[nodiscard]] bool is_stl(std::span<const char> head, std::uint64_t size);
 
 }  // namespace isopach

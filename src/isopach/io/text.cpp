@@ -9,6 +9,7 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/geom/rigid.hpp"
+#include "isopach/io/point_source.hpp"
 #include "isopach/io/rows.hpp"
 
 namespace isopach {
@@ -92,7 +93,8 @@ class Preamble {
  public:
   Preamble(std::string_view text, const std::string& name) : lines_(text), name_(name) {}
 
-  Layout read() {
+  /// Nothing if there is no line of data.
+  std::optional<Layout> read() {
     std::string_view line;
     while (lines_.next(line)) {
       const std::string_view content = trimmed(line);
@@ -104,7 +106,7 @@ class Preamble {
       }
       layout_.body = lines_.offset();
     }
-    no_points(name_);
+    return std::nullopt;
   }
 
  private:
@@ -326,7 +328,76 @@ Cloud parse_ptx(std::string_view text, const std::string& name, const ReadOption
   return cloud;
 }
 
+// Points one a line, of whatever is not PTX.
+class TextSource : public PointSource {
+ public:
+  TextSource(const ByteView& bytes, const std::string& name, const ReadOptions& options) : name_(name) {
+    find_layout(bytes);
+    layout_.format.targets = column_targets(layout_.axes, choose_attributes(layout_, options, wanted_));
+    rows_.emplace(bytes, body_, lines_before_, layout_.format, name_);
+  }
+
+  void begin(Cloud& cloud) override {
+    cloud.format = "xyz";
+    cloud.attributes = wanted_.attributes;
+    cloud.unit = known_unit(layout_.names[static_cast<std::size_t>(layout_.axes[0])]);
+    cloud.vertical_unit = known_unit(layout_.names[static_cast<std::size_t>(layout_.axes[2])]);
+  }
+
+  bool append(Cloud& cloud, std::size_t most, const Context& context) override {
+    const std::size_t rows = rows_->append(cloud, most);
+    count_ += rows;
+    context.step("read", rows_->progress());
+    return rows > 0;
+  }
+
+  void end(Cloud& cloud) override {
+    if (count_ == 0) no_points(name_);
+    rows_->note(cloud);
+    if (!layout_.note.empty()) cloud.notes.push_back(layout_.note);
+    if (layout_.announced && *layout_.announced != count_)
+      cloud.notes.push_back(fmt::format("{}: announces {} points but holds {}", name_, *layout_.announced, count_));
+  }
+
+ private:
+  // What stands before the data is looked for in the first bytes, and in more of them until it is found.
+  void find_layout(const ByteView& bytes) {
+    constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
+    constexpr std::size_t first = std::size_t{1} << 20;
+    Array<char> scratch;
+    for (std::size_t length = first;; length *= 2) {
+      const bool all = length >= bytes.size();
+      std::string_view text = as_text(bytes.get(0, all ? bytes.size() : length, scratch));
+      const std::size_t end = text.rfind('\n');
+      if (!all && end == std::string_view::npos && length < max_input()) continue;
+      check_encoding(text, name_);
+      if (!all && end != std::string_view::npos) text = text.substr(0, end + 1);  // whole lines alone
+      const std::size_t start = text.substr(0, 3) == byte_order_mark ? 3 : 0;
+      const std::optional<Layout> found = Preamble(text.substr(start), name_).read();
+      if (!found && !all && length < max_input()) continue;
+      if (!found) no_points(name_);
+      layout_ = *found;
+      body_ = start + layout_.body;
+      lines_before_ = line_number(text, body_) - 1;
+      return;
+    }
+  }
+
+  std::string name_;
+  Layout layout_;
+  Cloud wanted_;  // its attributes
+  std::size_t body_ = 0, lines_before_ = 0, count_ = 0;
+  std::optional<RowStream> rows_;
+};
+
 }  // namespace
+
+std::unique_ptr<PointSource> text_source(const ByteView& bytes, const std::string& path, const ReadOptions& options) {
+  constexpr std::size_t header_bytes = 4096;
+  Array<char> scratch;
+  if (is_ptx(bytes.get(0, std::min(bytes.size(), header_bytes), scratch))) return nullptr;
+  return std::make_unique<TextSource>(bytes, path, options);
+}
 
 bool is_ptx(Bytes bytes) {
   constexpr std::size_t header_bytes = 4096;
@@ -344,23 +415,8 @@ Cloud parse_text(Bytes bytes, const std::string& name, const ReadOptions& option
   const std::string_view text = as_text(bytes);
   check_encoding(text, name);
   if (is_ptx(bytes)) return parse_ptx(text, name, options, context);
-  constexpr std::string_view byte_order_mark = "\xEF\xBB\xBF";
-  const std::size_t start = text.substr(0, 3) == byte_order_mark ? 3 : 0;
-  Layout layout = Preamble(text.substr(start), name).read();
-  Cloud cloud;
-  cloud.format = "xyz";
-  layout.format.targets = column_targets(layout.axes, choose_attributes(layout, options, cloud));
-  const std::size_t rows = parse_rows(text, start + layout.body, text.size(), layout.format, name, cloud);
-  if (rows == 0) no_points(name);
-  if (!layout.note.empty()) cloud.notes.push_back(layout.note);
-  if (layout.announced && *layout.announced != rows)
-    cloud.notes.push_back(fmt::format("{}: announces {} points but holds {}", name, *layout.announced, rows));
-  const ColumnName& x = layout.names[static_cast<std::size_t>(layout.axes[0])];
-  cloud.unit = known_unit(x);
-  const ColumnName& z = layout.names[static_cast<std::size_t>(layout.axes[2])];
-  cloud.vertical_unit = known_unit(z);
-  context.step("read", 1);
-  return cloud;
+  TextSource source(ByteView(bytes), name, options);
+  return read_all(source, context);
 }
 
 }  // namespace isopach
