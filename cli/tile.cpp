@@ -19,6 +19,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/memory.hpp"
 #include "isopach/base/option_key.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/page/text.hpp"
 #include "isopach/tiles/solve.hpp"
