@@ -353,9 +353,10 @@ int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<
 int run_compare(const Arguments& arguments) {
   CompareRequest request;
   Command command("compare", description, footer);
-  command.positional("A", request.path_a,
-                     "Reference scan, or the one before: XYZ, CSV, PTS, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC; or its "
-                     "tiles: a folder, a pattern in quotes, a list (.txt) or a catalogue (.vpc) of such files");
+  command.positional(
+      "A", request.path_a,
+      "Reference scan, or the one before: XYZ, CSV, PTS, PLY, LAS, LAZ, OBJ, STL, PCD, GeoTIFF, ASC; or its "
+      "tiles: a folder, a pattern in quotes, a list (.txt) or a catalogue (.vpc) of such files");
   command.positional("B", request.path_b, "Compared scan, or the one after");
   add_delivery_options(command, request.delivery, "");
   add_compare_options(command, request);

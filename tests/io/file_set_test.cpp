@@ -57,7 +57,8 @@ class FileSet : public testing::Test {
   [[nodiscard]] static Json vpc(const std::vector<std::string>& hrefs) {
     Json all{{"type", "FeatureCollection"}, {"features", Json::array()}};
     for (const std::string& href : hrefs)
-      all["features"].push_back(item({{"data", {{"href", href}, {"roles", {"data"}}}}, {"overview", {{"href", "o.laz"}}}}));
+      all["features"].push_back(
+          item({{"data", {{"href", href}, {"roles", {"data"}}}}, {"overview", {{"href", "o.laz"}}}}));
     return all;
   }
 
@@ -103,7 +104,8 @@ TEST_F(FileSet, List) {
   EXPECT_EQ(names(list("t/up.txt", "../u\nb.ply\n")), (Names{"t/b.ply", "u/c.ply", "u/d.ply"}));
   expect_error<InputError>(list("one.txt", "t/b.ply\nt/gone.ply\n"), "t/gone.ply: no such file");
   expect_error<InputError>(list("two.txt", "t/b.ply\nt/../t/b.ply\n"), "named twice");
-  expect_error<InputError>(list("far.txt", "t/b.ply\nhttps://example.com/a.laz\n"), "https://example.com/a.laz: addresses are not read");
+  expect_error<InputError>(list("far.txt", "t/b.ply\nhttps://example.com/a.laz\n"),
+                           "https://example.com/a.laz: addresses are not read");
 }
 
 TEST_F(FileSet, OrderAndFilesDoNotDependOnHowTheyAreNamed) {
@@ -124,7 +126,8 @@ TEST_F(FileSet, ListsThatContainThemselves) {
 }
 
 TEST_F(FileSet, TextsOfPointsAreNoLists) {
-  for (const char* const text : {"1 2 3\n4 5 6\n", "# a.las\n1 2 3\n", "x y z\n1 2 3\n", "3\n1 2 3\n", "X,Y,Z\n1,2,3\n", "", "\n\n"}) {
+  for (const char* const text :
+       {"1 2 3\n4 5 6\n", "# a.las\n1 2 3\n", "x y z\n1 2 3\n", "3\n1 2 3\n", "X,Y,Z\n1,2,3\n", "", "\n\n"}) {
     const std::string path = list("points.txt", text);
     EXPECT_FALSE(is_file_set(path)) << text;
     EXPECT_EQ(files_of(path), Names{path});
@@ -137,20 +140,27 @@ TEST_F(FileSet, VirtualPointCloud) {
   for (const char* const name : {"a.ply", "b b.ply"}) scan(name);
   EXPECT_EQ(names(list("v.vpc", vpc({"./a.ply", "b%20b.ply"}).dump(2))), (Names{"a.ply", "b b.ply"}));
   EXPECT_EQ(names(list("w.vpc", vpc({"file://" + file("a.ply")}).dump())), Names{"a.ply"});
-  expect_error<InputError>(list("x.vpc", vpc({"./a.ply", "s3://bucket/b.laz"}).dump()), "s3://bucket/b.laz: addresses are not read");
+  expect_error<InputError>(list("x.vpc", vpc({"./a.ply", "s3://bucket/b.laz"}).dump()),
+                           "s3://bucket/b.laz: addresses are not read");
   expect_error<InputError>(list("y.vpc", vpc({"./gone.laz"}).dump()), "gone.laz: no such file");
   expect_error<InputError>(list("z.vpc", vpc({"a.ply", "./a.ply"}).dump()), "named twice");
 }
 
 TEST_F(FileSet, StacItemsAndCatalogues) {
   for (const char* const name : {"a.ply", "b.ply", "c.tif.ply"}) scan(name);
-  EXPECT_EQ(names(list("i.json", item({{"cloud", {{"href", "a.ply"}, {"roles", {"data"}}}}, {"other", {{"href", "b.ply"}}}}).dump())),
-            Names{"a.ply"});
-  EXPECT_EQ(names(list("j.json", item({{"thumb", {{"href", "t.png"}}}, {"other", {{"href", "b.ply"}}}}).dump())), Names{"b.ply"});
-  const Json links = Json::array({{{"rel", "self"}, {"href", "c.json"}}, {{"rel", "item"}, {"href", "./i.json"}}, {{"rel", "item"}, {"href", "j.json"}}});
+  EXPECT_EQ(
+      names(list("i.json",
+                 item({{"cloud", {{"href", "a.ply"}, {"roles", {"data"}}}}, {"other", {{"href", "b.ply"}}}}).dump())),
+      Names{"a.ply"});
+  EXPECT_EQ(names(list("j.json", item({{"thumb", {{"href", "t.png"}}}, {"other", {{"href", "b.ply"}}}}).dump())),
+            Names{"b.ply"});
+  const Json links = Json::array({{{"rel", "self"}, {"href", "c.json"}},
+                                  {{"rel", "item"}, {"href", "./i.json"}},
+                                  {{"rel", "item"}, {"href", "j.json"}}});
   EXPECT_EQ(names(list("c.json", Json{{"type", "Collection"}, {"stac_version", "1.0.0"}, {"links", links}}.dump())),
             (Names{"a.ply", "b.ply"}));
-  expect_error<InputError>(list("n.json", item({{"thumb", {{"href", "t.png"}}}}).dump()), "item one: no asset of it is a scan");
+  expect_error<InputError>(list("n.json", item({{"thumb", {{"href", "t.png"}}}}).dump()),
+                           "item one: no asset of it is a scan");
   // Polygons as GeoJSON, or any other JSON, are no catalogue: read_cloud says what they are.
   EXPECT_FALSE(is_file_set(list("p.json", R"({"type": "FeatureCollection", "features": []})")));
 }
@@ -161,14 +171,15 @@ TEST_F(FileSet, HostileCatalogues) {
     for (int i = 0; i < 100000; ++i) text += R"({"a":)";
     return text;
   }();
-  for (const std::string& text : {std::string(), deep, objects, std::string("{"), std::string("nothing"), std::string("[]"), std::string("7"),
-                                  std::string(R"({"type": 3})"), std::string(R"({"type": "FeatureCollection", "features": 5})"),
-                                  std::string(R"({"type": "FeatureCollection", "features": [1, null, {"assets": []}]})"),
-                                  std::string(R"({"type": "Feature", "assets": {"data": {"href": ["a"]}}})"),
-                                  std::string(R"({"type": "Feature", "assets": {"data": {"href": "a\u0000b.ply"}}})"),
-                                  std::string(R"({"type": "Feature", "assets": {"data": {"href": "a\nb.ply"}}})"),
-                                  std::string("{\"type\": \"Feature\", \"id\": \"\xFF\"}"),
-                                  std::string(R"({"type": "Collection", "links": [{"rel": "item", "href": "v.vpc"}]})")}) {
+  for (const std::string& text :
+       {std::string(), deep, objects, std::string("{"), std::string("nothing"), std::string("[]"), std::string("7"),
+        std::string(R"({"type": 3})"), std::string(R"({"type": "FeatureCollection", "features": 5})"),
+        std::string(R"({"type": "FeatureCollection", "features": [1, null, {"assets": []}]})"),
+        std::string(R"({"type": "Feature", "assets": {"data": {"href": ["a"]}}})"),
+        std::string(R"({"type": "Feature", "assets": {"data": {"href": "a\u0000b.ply"}}})"),
+        std::string(R"({"type": "Feature", "assets": {"data": {"href": "a\nb.ply"}}})"),
+        std::string("{\"type\": \"Feature\", \"id\": \"\xFF\"}"),
+        std::string(R"({"type": "Collection", "links": [{"rel": "item", "href": "v.vpc"}]})")}) {
     if (!text.empty()) expect_error<InputError>(list("v.vpc", text), "v.vpc");
   }
 }
@@ -179,7 +190,8 @@ TEST_F(FileSet, NumbersOfRandomDamageInACatalogue) {
   test::Random random(9);
   for (int i = 0; i < 2000; ++i) {
     std::string text = good;
-    for (std::size_t k = 0; k <= random.below(3); ++k) text[random.below(text.size())] = static_cast<char>(random.below(256));
+    for (std::size_t k = 0; k <= random.below(3); ++k)
+      text[random.below(text.size())] = static_cast<char>(random.below(256));
     try {
       (void)files_of(list("v.vpc", text));
     } catch (const InputError& error) {
@@ -199,7 +211,8 @@ TEST_F(FileSet, ReadAsOneCloud) {
   ASSERT_EQ(all.attributes.size(), 1u);  // what only LAS has is left out, and a note says so
   EXPECT_EQ(all.attributes[0].name, "classification");
   EXPECT_EQ(all.attributes[0].values.size(), 9u);
-  EXPECT_TRUE(std::any_of(all.notes.begin(), all.notes.end(), [](const std::string& n) { return n.find("intensity") != std::string::npos; }));
+  EXPECT_TRUE(std::any_of(all.notes.begin(), all.notes.end(),
+                          [](const std::string& n) { return n.find("intensity") != std::string::npos; }));
   const Cloud one = read_set({file("t/b.ply")}, "set", {}, {});
   EXPECT_EQ(one.path, file("t/b.ply"));
   EXPECT_EQ(one.format, "ply");

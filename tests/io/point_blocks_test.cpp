@@ -159,7 +159,8 @@ TEST_F(PointBlocks, DoNotDependOnThreads) {
     Context context;
     context.threads = threads;
     Cloud all;
-    (void)for_each_block(file("a.laz"), everything(), context, [&](const Cloud& block) { append(all, block); }, 40000);
+    (void)for_each_block(
+        file("a.laz"), everything(), context, [&](const Cloud& block) { append(all, block); }, 40000);
     test::expect_same(all, whole);
   }
 }
@@ -169,14 +170,16 @@ TEST_F(PointBlocks, TextWithAllThatTextMayHave) {
     test::write_file(file(name), text);
     expect_blocks(file(name));
   };
-  expect("header.txt", "# made by hand\n\nEasting [m];Northing;Height (ft);class\n1,5;2;3;4\n\n# between\n5;6;7;8\n9;10;11;12");
+  expect("header.txt",
+         "# made by hand\n\nEasting [m];Northing;Height (ft);class\n1,5;2;3;4\n\n# between\n5;6;7;8\n9;10;11;12");
   expect("count.pts", "4\n1 2 3 7\n4 5 6 8\n7 8 9 9\n");
   expect("marked.csv", "\xEF\xBB\xBFx,y,z\r\n1,2,3\r\n4,5,6\r\n\r\n");
   expect("scan.ptx", "2\n1\n0 0 0\n1 0 0\n0 1 0\n0 0 1\n1 0 0 0\n0 1 0 0\n0 0 1 0\n5 0 0 1\n1 2 3 4\n0 0 0 0\n");
 }
 
 TEST_F(PointBlocks, PlyOfAllKinds) {
-  const std::string vertices = "element vertex 3\nproperty float x\nproperty uchar red\nproperty double y\nproperty short z\n";
+  const std::string vertices =
+      "element vertex 3\nproperty float x\nproperty uchar red\nproperty double y\nproperty short z\n";
   const std::string faces = "element face 1\nproperty list uchar int vertex_indices\n";
   const std::string rows = "1 2 3 4\n5 6 7 8\n9 10 11 12\n", ascii = "ply\nformat ascii 1.0\ncomment unit: mm\n";
   const auto expect = [&](const std::string& text) {
@@ -186,8 +189,9 @@ TEST_F(PointBlocks, PlyOfAllKinds) {
   expect(ascii + vertices + "end_header\n" + rows);
   expect(ascii + vertices + faces + "end_header\n" + rows + "3 0 1 2\n");
   expect(ascii + "element camera 1\nproperty float f\n" + vertices + "end_header\n1\n" + rows);
-  expect(ascii + "element vertex 1\nproperty list uchar int n\nproperty float x\nproperty float y\nproperty float z\n"
-                 "end_header\n2 7 8 1 2 3\n");
+  expect(ascii +
+         "element vertex 1\nproperty list uchar int n\nproperty float x\nproperty float y\nproperty float z\n"
+         "end_header\n2 7 8 1 2 3\n");
   Cloud mesh = surface(5, 1);
   mesh.faces = {{0, 1, 2}, {2, 3, 4}};
   write_cloud(file("mesh.ply"), mesh, {});
@@ -202,7 +206,8 @@ TEST_F(PointBlocks, LongText) {
   std::string text = "# x y z\n";
   test::Random random(3);
   while (text.size() < (std::size_t{34} << 20)) {
-    text += fmt::format("{:.3f} {:.3f} {:.3f}\n", random.uniform(5e5, 6e5), random.uniform(5e6, 6e6), random.uniform(0, 9));
+    text +=
+        fmt::format("{:.3f} {:.3f} {:.3f}\n", random.uniform(5e5, 6e5), random.uniform(5e6, 6e6), random.uniform(0, 9));
     if (random.below(1000) == 0) text += "# a comment\n\n";
   }
   test::write_file(file("long.xyz"), text);
@@ -255,7 +260,8 @@ TEST_F(PointBlocks, AFileThatChangesIsRefused) {
   write_cloud(file("a.las"), surface(600000, 1), {});
   test::expect_input_error(
       [&] {
-        (void)for_each_block(file("a.las"), everything(), {}, [&](const Cloud&) { fs::resize_file(file("a.las"), 400); }, 1000);
+        (void)for_each_block(
+            file("a.las"), everything(), {}, [&](const Cloud&) { fs::resize_file(file("a.las"), 400); }, 1000);
       },
       "a.las", "while it was read");
 }

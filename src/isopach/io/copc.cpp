@@ -38,8 +38,8 @@ Octree octree_of(const LasRecord& record) {
 }
 
 Entry entry_at(const char* data) {
-  return {get_le<std::int32_t>(data),       get_le<std::int32_t>(data + 4),  get_le<std::int32_t>(data + 8),
-          get_le<std::int32_t>(data + 12),  get_le<std::uint64_t>(data + 16), get_le<std::int32_t>(data + 24),
+  return {get_le<std::int32_t>(data),      get_le<std::int32_t>(data + 4),   get_le<std::int32_t>(data + 8),
+          get_le<std::int32_t>(data + 12), get_le<std::uint64_t>(data + 16), get_le<std::int32_t>(data + 24),
           get_le<std::int32_t>(data + 28)};
 }
 
@@ -89,9 +89,8 @@ std::optional<std::vector<Entry>> nodes_of(const LasFile& file, const Octree& oc
 bool meets(const LasFile& file, const Octree& octree, std::size_t axis, const Entry& entry, double low, double high) {
   const double side = std::ldexp(octree.half, 1 - entry.level);
   const double from = octree.centre[axis] - octree.half + (axis == 0 ? entry.x : entry.y) * side;
-  const double rounding =
-      8 * std::numeric_limits<double>::epsilon() *
-      (std::fabs(octree.centre[axis]) + 2 * std::fabs(octree.half) + std::fabs(file.offset[axis]));
+  const double rounding = 8 * std::numeric_limits<double>::epsilon() *
+                          (std::fabs(octree.centre[axis]) + 2 * std::fabs(octree.half) + std::fabs(file.offset[axis]));
   const double room = std::fabs(file.scale[axis]) + rounding;
   return !(from + side + room < low) && !(from - room >= high);  // not a number: meets all
 }
@@ -114,8 +113,7 @@ std::optional<std::vector<LazChunk>> copc_chunks(const LasFile& file, const Plan
     at += static_cast<std::uint64_t>(node.length), points += static_cast<std::uint64_t>(node.points);
     if (at > file.bytes.size()) return std::nullopt;
     if (meets(file, octree, 0, node, box.min_x, box.max_x) && meets(file, octree, 1, node, box.min_y, box.max_y))
-      chunks.push_back(
-          {node.at, static_cast<std::size_t>(node.length), static_cast<std::size_t>(node.points)});
+      chunks.push_back({node.at, static_cast<std::size_t>(node.length), static_cast<std::size_t>(node.points)});
   }
   if (points != file.count) return std::nullopt;
   return chunks;

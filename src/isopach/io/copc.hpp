@@ -14,9 +14,9 @@ namespace isopach {
 
 /// The chunks, in the order of the file, of all nodes whose cube meets the box in x and y. The cubes are those of the
 /// octree, not the bounds in the header, and are grown by a step of the scale and the rounding of doubles: a point is
-/// sorted in before it is rounded to the scale. Nothing if the index does not name exactly the chunks that the file has,
-/// one behind the other and with all its points: then nobody knows what is where, and all have to be read.
-/// Cost: the whole index is read, 32 bytes a node. Oracle: CopcTest.*
+/// sorted in before it is rounded to the scale. Nothing if the index does not name exactly the chunks that the file
+/// has, one behind the other and with all its points: then nobody knows what is where, and all have to be read. Cost:
+/// the whole index is read, 32 bytes a node. Oracle: CopcTest.*
 [[nodiscard]] std::optional<std::vector<LazChunk>> copc_chunks(const LasFile& file, const PlanBox& box);
 
 }  // namespace isopach

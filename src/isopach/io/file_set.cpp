@@ -11,6 +11,7 @@
 
 #include "isopach/base/error.hpp"
 #include "isopach/base/memory.hpp"
+#include "isopach/io/crs.hpp"
 #include "isopach/io/input_file.hpp"
 #include "isopach/io/scan.hpp"
 #include "isopach/io/stac.hpp"
@@ -58,8 +59,8 @@ std::string content(const std::string& path) {
   InputFile file(path, nobody_stops);
   constexpr std::uint64_t most = std::uint64_t{256} << 20;
   if (file.size() > most)
-    throw InputError(fmt::format("{}: more than {}: no list or catalogue of files is as large", path,
-                                 bytes_in_words(most)));
+    throw InputError(
+        fmt::format("{}: more than {}: no list or catalogue of files is as large", path, bytes_in_words(most)));
   const std::span<const char> bytes = file.bytes();
   return {bytes.data(), bytes.size()};
 }
@@ -109,11 +110,13 @@ std::vector<std::string> scans_in(const std::string& folder) {
     const std::string path = entry.path().string(), end = extension(path);
     if (is_scan_name(path) && end != ".txt" && end != ".csv" && is_regular(path)) found.push_back(path);
   }
-  if (failure) throw InputError(fmt::format("{}: the folder cannot be read ({})", printable(folder), failure.message()));
+  if (failure)
+    throw InputError(fmt::format("{}: the folder cannot be read ({})", printable(folder), failure.message()));
   if (found.empty())
-    throw UsageError(fmt::format("{}: no scan in this folder: it holds none of .las, .laz, .ply, .xyz, .tif, …; name "
-                                 ".txt and .csv files by a pattern, '*.txt'",
-                                 printable(folder)));
+    throw UsageError(
+        fmt::format("{}: no scan in this folder: it holds none of .las, .laz, .ply, .xyz, .tif, …; name "
+                    ".txt and .csv files by a pattern, '*.txt'",
+                    printable(folder)));
   return found;
 }
 
@@ -123,7 +126,8 @@ std::vector<std::string> matches(const std::string& pattern) {
   std::vector<std::string> paths(found.gl_pathv, found.gl_pathv + (answer == 0 ? found.gl_pathc : 0));
   ::globfree(&found);
   std::erase_if(paths, is_folder);
-  if (paths.empty()) throw UsageError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
+  if (paths.empty())
+    throw UsageError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
   return paths;
 }
 
@@ -153,7 +157,8 @@ class Finder {
  private:
   void add_file(const std::string& path, const std::string& where) {
     const auto [known, is_new] = files_.emplace(canonical(path), path);
-    if (!is_new) throw InputError(fmt::format("{}: the file {} is named twice: name it once", where, printable(known->second)));
+    if (!is_new)
+      throw InputError(fmt::format("{}: the file {} is named twice: name it once", where, printable(known->second)));
   }
 
   void add_files(const std::vector<std::string>& paths, const std::string& where) {
@@ -194,7 +199,8 @@ class Finder {
   void within(const std::string& list, Work&& work) {
     constexpr std::size_t deepest = 32;
     const std::string place = canonical(list);
-    if (!open_.insert(place).second) throw InputError(fmt::format("{}: the list contains itself: remove the entry", printable(list)));
+    if (!open_.insert(place).second)
+      throw InputError(fmt::format("{}: the list contains itself: remove the entry", printable(list)));
     if (open_.size() > deepest) throw InputError(fmt::format("{}: lists in lists in lists: name files", list));
     work();
     open_.erase(place);
@@ -240,9 +246,12 @@ class Notes {
 
 // Drops the attributes of `all` that `part` has not, and appends points and values.
 void append(Cloud& all, const Cloud& part, std::set<std::string>& dropped) {
-  for (const Cloud* const cloud : std::array{&all, &part})
-    for (const Attribute& attribute : cloud->attributes)
-      if ((cloud == &all ? part : all).find_attribute(attribute.name) == nullptr) dropped.insert(attribute.name);
+  const auto note_those_without = [&](const Cloud& has, const Cloud& other) {
+    for (const Attribute& attribute : has.attributes)
+      if (other.find_attribute(attribute.name) == nullptr) dropped.insert(attribute.name);
+  };
+  note_those_without(all, part);
+  note_those_without(part, all);
   std::erase_if(all.attributes, [&](const Attribute& a) { return dropped.contains(a.name); });
   all.points.insert(all.points.end(), part.points.begin(), part.points.end());
   for (Attribute& attribute : all.attributes) {
@@ -260,16 +269,17 @@ void refuse_too_large(const std::vector<std::string>& files, const std::string& 
     if (!ignored) bytes += size;
   }
   if (bytes > max_input())
-    throw InputError(fmt::format("{}: its {} files hold {}, the limit of @max-input is {} (by default half of the "
-                                 "memory): name fewer of them, or raise the limit",
-                                 name, files.size(), bytes_in_words(bytes), bytes_in_words(max_input())));
+    throw InputError(
+        fmt::format("{}: its {} files hold {}, the limit of @max-input is {} (by default half of the "
+                    "memory): name fewer of them, or raise the limit",
+                    name, files.size(), bytes_in_words(bytes), bytes_in_words(max_input())));
 }
 
 }  // namespace
 
 bool is_scan_name(const std::string& path) {
-  constexpr std::array<std::string_view, 16> known{".las", ".laz", ".ply", ".xyz", ".txt", ".csv",  ".pts", ".ptx", ".obj",
-                                                   ".stl", ".pcd", ".tif", ".tiff", ".asc", ".img", ".grd"};
+  constexpr std::array<std::string_view, 16> known{".las", ".laz", ".ply", ".xyz", ".txt",  ".csv", ".pts", ".ptx",
+                                                   ".obj", ".stl", ".pcd", ".tif", ".tiff", ".asc", ".img", ".grd"};
   return std::find(known.begin(), known.end(), extension(path)) != known.end();
 }
 
@@ -285,8 +295,8 @@ std::vector<std::string> files_of(const std::string& what) {
 
 void join_systems(ScanSystem& all, const ScanSystem& other) {
   const auto refuse = [&](const char* what, const std::string& one, const std::string& two) {
-    throw InputError(fmt::format("{}: {} {}, but that of {} is {}: convert the files to one, or name those of one", other.path,
-                                 what, two, all.path, one));
+    throw InputError(fmt::format("{}: {} {}, but that of {} is {}: convert the files to one, or name those of one",
+                                 other.path, what, two, all.path, one));
   };
   if (!same_crs(all.crs, other.crs)) refuse("its CRS is", short_name(all.crs), short_name(other.crs));
   if (differ(all.unit, other.unit)) refuse("its unit is", all.unit, other.unit);

@@ -12,21 +12,24 @@ namespace isopach {
 /// The files that a word names, sorted by their canonical paths, so that the order does not depend on how they were
 /// named:
 ///   a file               itself, unseen; also a pipe, and what is not there: whoever reads it says so
-///   a folder             the scans in it by their extensions, not those in folders below. Files .txt and .csv, which may
+///   a folder             the scans in it by their extensions, not those in folders below. Files .txt and .csv, which
+///   may
 ///                        be anything, are left out: a pattern names them
 ///   a pattern            '2012/*.laz': what a shell makes of * ? [ ]. A file that has such a name goes first
-///   list.txt             one file, folder, pattern, list or catalogue a line, relative to the list; # begins a comment.
-///                        A list is told from a text of points by its first line that is neither blank nor a comment: it
-///                        is no row of numbers, and ends with the extension of a scan or a catalogue, or names what is
-///                        there
-///   catalogue.vpc, .json virtual point cloud or other STAC 1.0 text: FeatureCollection, Feature (an item), or the links
+///   list.txt             one file, folder, pattern, list or catalogue a line, relative to the list; # begins a
+///   comment.
+///                        A list is told from a text of points by its first line that is neither blank nor a comment:
+///                        it is no row of numbers, and ends with the extension of a scan or a catalogue, or names what
+///                        is there
+///   catalogue.vpc, .json virtual point cloud or other STAC 1.0 text: FeatureCollection, Feature (an item), or the
+///   links
 ///                        "item" and "child" of a Catalog or Collection. Of an item the asset "data", else assets with
-///                        the role "data", else those that are scans by their extension; hrefs relative to the catalogue.
-///                        A .json file without "stac_version" is none: it is a file
-/// Throws UsageError (exit 2): a pattern that nothing matches, a folder without scans. Throws InputError (exit 3), which
-/// names the list or catalogue and the entry: a file that is not there, one that is named twice (by any path), a list
-/// that contains itself, an address (https://, s3://), what is no JSON or no STAC.
-/// Cost: of names and of these texts alone; no scan is opened. Oracle: FileSet.* (tests/io/file_set_test.cpp).
+///                        the role "data", else those that are scans by their extension; hrefs relative to the
+///                        catalogue. A .json file without "stac_version" is none: it is a file
+/// Throws UsageError (exit 2): a pattern that nothing matches, a folder without scans. Throws InputError (exit 3),
+/// which names the list or catalogue and the entry: a file that is not there, one that is named twice (by any path), a
+/// list that contains itself, an address (https://, s3://), what is no JSON or no STAC. Cost: of names and of these
+/// texts alone; no scan is opened. Oracle: FileSet.* (tests/io/file_set_test.cpp).
 [[nodiscard]] std::vector<std::string> files_of(const std::string& what);
 
 /// Is a word more than the name of one scan: a folder, a pattern, a list or a catalogue?
@@ -44,9 +47,9 @@ struct ScanSystem {
 /// units that are known and differ. What `all` does not know it takes from `other`.
 void join_systems(ScanSystem& all, const ScanSystem& other);
 
-/// All files as one cloud: points in the order of the files, the attributes that all of them have, the unit and CRS that
-/// join_systems finds, no faces, and the notes of all, equal ones once. `name` is its path, "set" its format. Of one
-/// file it is read_cloud of that. Throws as read_cloud and join_systems; InputError if the files are larger than
+/// All files as one cloud: points in the order of the files, the attributes that all of them have, the unit and CRS
+/// that join_systems finds, no faces, and the notes of all, equal ones once. `name` is its path, "set" its format. Of
+/// one file it is read_cloud of that. Throws as read_cloud and join_systems; InputError if the files are larger than
 /// @max-input together.
 [[nodiscard]] Cloud read_set(const std::vector<std::string>& files, const std::string& name, const ReadOptions& options,
                              const Context& context);

@@ -80,8 +80,8 @@ void InputFile::fail_to_read(int error) const {
 }
 
 void InputFile::fail_cut(std::uint64_t end) const {
-  throw InputError(fmt::format("{}: was cut while it was read, from {} bytes to {}: wait until it is whole", path_,
-                               size_, end));
+  throw InputError(
+      fmt::format("{}: was cut while it was read, from {} bytes to {}: wait until it is whole", path_, size_, end));
 }
 
 void InputFile::check_unchanged() const {

@@ -137,8 +137,8 @@ class LasSource : public PointSource {
   void describe(FileSummary& summary) const override {
     const auto number = [&](std::size_t at) { return get_le<double>(file_.head.data() + at); };
     summary.points = file_.count;
-    summary.bounds = FileSummary::Bounds{{number(187), number(203), number(219)},
-                                         {number(179), number(195), number(211)}};
+    summary.bounds =
+        FileSummary::Bounds{{number(187), number(203), number(219)}, {number(179), number(195), number(211)}};
   }
 
  private:
@@ -387,8 +387,7 @@ Frame copied_frame(const LasFile& file, std::span<const Attribute> fields, const
   frame.head += extra_bytes_record(descriptors, target);
   for (const LasRecord& record : file.extended) {
     if (!is_kept(record)) continue;
-    if (record.at == file.waveforms_at)
-      frame.waveforms_in_tail = frame.tail.size();
+    if (record.at == file.waveforms_at) frame.waveforms_in_tail = frame.tail.size();
     frame.tail.append(record.whole.data(), record.whole.size()), ++frame.tail_records;
   }
   char* const h = frame.head.data();

@@ -391,10 +391,10 @@ struct LazReader::State {
 
   std::string path;
   const LasFile& file;
-  std::size_t batch;          // most points at a time
+  std::size_t batch;             // most points at a time
   std::vector<LazChunk> chunks;  // empty unless layered
   std::size_t total = 0;         // points of all of them, or of the file
-  std::size_t regular = 0;    // points in each chunk of a file of regular chunks, 0: any other file
+  std::size_t regular = 0;       // points in each chunk of a file of regular chunks, 0: any other file
   std::size_t next_chunk = 0, left = 0, done = 0;
   std::size_t reached = 0;  // where the last batch of regular chunks ended in the file
   BytesBuffer buffer;

@@ -22,8 +22,8 @@ class LazReader {
  public:
   /// Throws InputError if the compressed points contradict the header. `file` must outlive the reader.
   LazReader(const std::string& path, const LasFile& file);
-  /// The points of these chunks alone, in their order. Throws InputError, here or later, where one is no chunk of as many
-  /// points and bytes.
+  /// The points of these chunks alone, in their order. Throws InputError, here or later, where one is no chunk of as
+  /// many points and bytes.
   LazReader(const std::string& path, const LasFile& file, std::vector<LazChunk> chunks);
   ~LazReader();
   LazReader(const LazReader&) = delete;

@@ -518,8 +518,7 @@ class PlySource : public PointSource {
 
   std::size_t append_binary(Cloud& cloud, std::size_t most) {
     const Element& vertices = reader_.vertices();
-    const bool swap =
-        (reader_.header().encoding == Encoding::big) == (std::endian::native == std::endian::little);
+    const bool swap = (reader_.header().encoding == Encoding::big) == (std::endian::native == std::endian::little);
     constexpr std::size_t bytes_at_once = std::size_t{64} << 20;
     const std::size_t stride = vertices.stride();
     const std::size_t count = std::min(most, std::max<std::size_t>(1, bytes_at_once / stride));

@@ -88,8 +88,7 @@ Cloud hand_on(PointSource& source, Cloud block, std::size_t most, const PlanBox*
   Cloud rest = block;
   for (bool more = true; more;) {
     clear(block);
-    do
-      more = source.append(block, most - block.points.size(), context);
+    do more = source.append(block, most - block.points.size(), context);
     while (more && block.points.size() < most);
     if (box != nullptr) crop(block, *box);
     if (!block.points.empty()) take(block);

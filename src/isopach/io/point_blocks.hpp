@@ -1,10 +1,10 @@
-// The points of a file a block at a time, all of them or those in a box: for scans that do not fit into memory. The same
-// code decodes them for read_cloud.
+// The points of a file a block at a time, all of them or those in a box: for scans that do not fit into memory. The
+// same code decodes them for read_cloud.
 //
-// LAS, LAZ, COPC, text of points (not PTX) and PLY without lists among its vertices are read piece by piece: a block, the
-// piece of the file it comes from and, of compressed files, a batch of at most 128 MB are in memory, whatever the file
-// holds; @max-input does not bound them. Everything else (rasters, OBJ, STL, PCD, PTX, other PLY, pipes) is read at once
-// by read_cloud and handed on in blocks: who reads such a file more than once spills its blocks.
+// LAS, LAZ, COPC, text of points (not PTX) and PLY without lists among its vertices are read piece by piece: a block,
+// the piece of the file it comes from and, of compressed files, a batch of at most 128 MB are in memory, whatever the
+// file holds; @max-input does not bound them. Everything else (rasters, OBJ, STL, PCD, PTX, other PLY, pipes) is read
+// at once by read_cloud and handed on in blocks: who reads such a file more than once spills its blocks.
 #pragma once
 #include <cstddef>
 #include <cstdint>
@@ -34,8 +34,8 @@ inline constexpr std::size_t points_in_block = std::size_t{1} << 20;
 /// notes. It is valid during the call alone. Called on the thread that calls for_each_block, within run_with_threads.
 using TakeBlock = std::function<void(const Cloud& block)>;
 
-/// Calls `take` for every block of at most `most` points of a file, in the order of the file. The blocks, one behind the
-/// other, are the points and attributes of read_cloud(path, options) without faces, bit by bit. Gives what else
+/// Calls `take` for every block of at most `most` points of a file, in the order of the file. The blocks, one behind
+/// the other, are the points and attributes of read_cloud(path, options) without faces, bit by bit. Gives what else
 /// read_cloud gives: unit, CRS, notes, `nodata`, the grid of a raster, names of attributes; no points. Throws as
 /// read_cloud does, a damaged file maybe after blocks were taken; what `take` throws goes through.
 /// Cost: as read_cloud, without the arrays. Oracle: PointBlocks.* (tests/io/point_blocks_test.cpp).
@@ -44,9 +44,9 @@ Cloud for_each_block(const std::string& path, const ReadOptions& options, const 
 
 /// The same of the points in `box` alone, still in the order of the file. Of a COPC file only the chunks whose cube of
 /// the octree meets the box are read and decompressed: cubes, not the bounds in the header, and grown by a step of the
-/// scale, since points are rounded after they were sorted in. Where its index does not fit its points all are read. Of any
-/// other file every point is decoded. Notes that count points (withheld ones) are of those that were read.
-/// Oracle: a full read, cropped (PointBlocks.Box*).
+/// scale, since points are rounded after they were sorted in. Where its index does not fit its points all are read. Of
+/// any other file every point is decoded. Notes that count points (withheld ones) are of those that were read. Oracle:
+/// a full read, cropped (PointBlocks.Box*).
 Cloud for_each_block_in(const std::string& path, const PlanBox& box, const ReadOptions& options, const Context& context,
                         const TakeBlock& take, std::size_t most = points_in_block);
 
@@ -64,8 +64,8 @@ struct FileSummary {
   std::int64_t modified_ns = 0;         ///< time of the last change, since 1970
 };
 
-/// Of the first bytes of a file, for the formats that are read piece by piece; of all others path, format, size and time
-/// alone are known. Throws as read_cloud does. Cost: a few reads, whatever the file holds.
+/// Of the first bytes of a file, for the formats that are read piece by piece; of all others path, format, size and
+/// time alone are known. Throws as read_cloud does. Cost: a few reads, whatever the file holds.
 [[nodiscard]] FileSummary summarise(const std::string& path, const ReadOptions& options, const Context& context);
 
 }  // namespace isopach

@@ -11,8 +11,8 @@
 namespace isopach {
 
 struct RowFormat {
-  char separator = ' ';      ///< ',' ';' '\t' or ' ' = any run of blanks and tabs
-  bool comments = true;      ///< skip lines that start with # % ! or //
+  char separator = ' ';          ///< ',' ';' '\t' or ' ' = any run of blanks and tabs
+  bool comments = true;          ///< skip lines that start with # % ! or //
   std::size_t lines_before = 0;  ///< line ends before the text, for the number of a line in messages
   std::vector<int> targets;  ///< per column up to the last wanted: 0, 1, 2 = x, y, z; 3 + k = attribute k; -1 = skipped
 };

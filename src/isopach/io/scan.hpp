@@ -112,8 +112,8 @@ struct BinaryColumn {
   int target = 0;  ///< 0, 1, 2: x, y, z; 3 + k: attribute k
 };
 
-/// Reads `count` rows of `stride` bytes into the last points of the cloud, whose points and attributes have been resized;
-/// in parallel.
+/// Reads `count` rows of `stride` bytes into the last points of the cloud, whose points and attributes have been
+/// resized; in parallel.
 void load_rows(const char* rows, std::size_t count, std::size_t stride, const std::vector<BinaryColumn>& columns,
                bool swap, Cloud& cloud);
 

@@ -63,7 +63,8 @@ void add_item(const Json& item, const std::string& path, std::vector<std::string
   add_where([](const std::string& name, const Json&, const std::string&) { return name == "data"; });
   add_where([](const std::string&, const Json& asset, const std::string&) { return has_role(asset, "data"); });
   add_where([](const std::string&, const Json&, const std::string& href) { return is_scan_name(href); });
-  if (hrefs.size() == before) fail(path, fmt::format("item {}: no asset of it is a scan", printable(text_in(item, "id"))));
+  if (hrefs.size() == before)
+    fail(path, fmt::format("item {}: no asset of it is a scan", printable(text_in(item, "id"))));
 }
 
 }  // namespace
@@ -99,7 +100,8 @@ std::string decoded(const std::string& href) {
   for (std::size_t i = 0; i < href.size(); ++i) {
     unsigned char byte = 0;
     const char* const digits = href.data() + i + 1;
-    if (href[i] == '%' && i + 2 < href.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2 && byte != 0)
+    if (href[i] == '%' && i + 2 < href.size() && std::from_chars(digits, digits + 2, byte, 16).ptr == digits + 2 &&
+        byte != 0)
       out += static_cast<char>(byte), i += 2;
     else
       out += href[i];
