@@ -287,9 +287,7 @@ std::vector<Tolerance> settle_options(CompareRequest& request) {
   return tolerances;
 }
 
-/// Of scans that were not matched: B that lies off A as a whole.
-void hint_at_matching(Comparison& c, const Context& context) {
-  const std::optional<Displacement> found = plain_displacement(c, context);
+void hint_at_matching(const std::optional<Displacement>& found, Comparison& c) {
   if (!found) return;
   const auto length = [&](double v, int digits = 2) {
     return number(v, Typography::plain, digits) + " " + measured_unit(c, 1);
@@ -411,7 +409,7 @@ int run_compare(const Arguments& arguments) {
   Comparison& comparison = answer->comparison;
   comparison = compare(a, b, request.options, run.context());
   comparison.warnings.insert(comparison.warnings.end(), remarks.begin(), remarks.end());
-  if (!request.match) hint_at_matching(comparison, run.context());
+  if (!request.match) hint_at_matching(plain_displacement(comparison, run.context()), comparison);
   add_read_time(comparison.timing, read_s);
   return finish(std::move(answer), request.delivery, folder.get(), run);
 }

@@ -1,5 +1,6 @@
 // What is asked of a comparison: by compare, and by tile plan for one that is made in parts.
 #pragma once
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -9,7 +10,8 @@
 #include "cli/parse.hpp"
 #include "cli/registration.hpp"
 #include "cli/values.hpp"
-#include "isopach/compare/options.hpp"
+#include "isopach/compare/comparison.hpp"
+#include "isopach/compare/displacement.hpp"
 #include "isopach/match/match.hpp"
 
 namespace isopach::cli {
@@ -37,7 +39,7 @@ void add_compare_options(Command& command, CompareRequest& request);
 /// known to fail before any work is done.
 [[nodiscard]] std::vector<Tolerance> settle_options(CompareRequest& request);
 
-/// Of scans that were not matched: warns of B that lies off A as a whole.
-void hint_at_matching(Comparison& c, const Context& context);
+/// Of scans that were not matched: warns of B that lies off A as a whole, if it does.
+void hint_at_matching(const std::optional<Displacement>& found, Comparison& c);
 
 }  // namespace isopach::cli

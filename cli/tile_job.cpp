@@ -16,6 +16,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "cli/compare_request.hpp"
 #include "cli/scans.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/memory.hpp"
@@ -421,7 +422,7 @@ class Reducer {
       context_.step("reading parts", static_cast<double>(tiles.parts.size()) / static_cast<double>(done.size()));
     }
     describe(tiles.parts, done, c);
-    join_tiles(std::move(tiles), c, context_);
+    hint_at_matching(join_tiles(std::move(tiles), c, context_), c);
     if (done.size() < job_.tiles.size())
       c.warnings.push_back(fmt::format("{} of {} tiles are missing: their points are no part of this comparison",
                                        job_.tiles.size() - done.size(), job_.tiles.size()));

@@ -92,6 +92,7 @@ std::vector<Triangle3> cells_of(const CellView& cells) {
 struct Joined {
   Comparison comparison;
   std::vector<Triangle3> cells;
+  std::optional<Displacement> displacement;
   std::size_t tiles = 0, passed_up = 0, nodes = 0, final_cells = 0;
 };
 
@@ -138,7 +139,7 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
       joined.cells.push_back(from_least(t));
     }
   }
-  join_tiles(std::move(tiles), c, context);
+  joined.displacement = join_tiles(std::move(tiles), c, context);
   const std::vector<Triangle3> rest = cells_of(c.cells.view());
   joined.cells.insert(joined.cells.end(), rest.begin(), rest.end());
   joined.comparison = std::move(c);
@@ -181,6 +182,13 @@ Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& option
     if (!refusal.empty()) continue;
     const nlohmann::json expected = without_timing(whole), found = without_timing(joined.comparison);
     EXPECT_EQ(found, expected) << nlohmann::json::diff(expected, found).dump(1).substr(0, 3000);
+    const std::optional<Displacement> lies_off = plain_displacement(whole, {});
+    EXPECT_EQ(joined.displacement.has_value(), lies_off.has_value());
+    if (lies_off && joined.displacement) {
+      EXPECT_EQ(joined.displacement->offset, lies_off->offset);
+      EXPECT_EQ(joined.displacement->tilt, lies_off->tilt);
+      EXPECT_EQ(joined.displacement->shift, lies_off->shift);
+    }
     std::vector<Triangle3> cells = cells_of(whole.cells.view());
     std::sort(cells.begin(), cells.end()), std::sort(joined.cells.begin(), joined.cells.end());
     EXPECT_TRUE(cells == joined.cells) << cells.size() << " and " << joined.cells.size() << " cells";
@@ -205,6 +213,13 @@ TEST(Tiles, AreTheWholeOfAHillside) {
   const Joined few = join(scene.a, scene.b, of_numbers(), 1, any);
   EXPECT_LT(few.passed_up, few.nodes * 7 / 10);
   EXPECT_GT(few.final_cells, 0U);
+}
+
+TEST(Tiles, TellOfAScanThatLiesOff) {
+  Scene scene = make_scene("terrain", sized(5000, 4000), {});
+  for (Point3& p : scene.b.points) p.z += 7 + 0.01 * (p.x - 412000), p.x += 3;
+  const Joined joined = expect_whole(scene.a, scene.b, of_numbers(), {{1, any}, {3, any}});
+  EXPECT_TRUE(joined.displacement.has_value());
 }
 
 TEST(Tiles, OfAtMostThreePoints) {

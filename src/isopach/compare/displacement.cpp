@@ -9,6 +9,7 @@
 #include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/linear.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/measure/source.hpp"
 
 namespace isopach {
 
@@ -31,88 +32,45 @@ struct Places {
   double reach = 1;
 };
 
-struct AtNode {
-  double area = 0, slope_x = 0, slope_y = 0;
-};
-
 /// Sums over the triangles round a node, exact: the same however T was made.
 struct SumsAtNode {
   FixedSum area, slope_x, slope_y;
+  Point2 at{0, 0};
+  double d = 0;
 };
 
-SumsAtNode none_at_node(const CellView& cells) {
-  Box2 box;
-  double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const Point2& p : cells.xy) box.add(p);
-  for (const double z : cells.z1) low = std::min(low, z), high = std::max(high, z);
-  if (box.empty() || !(low <= high)) return {};
+SumsAtNode none_at_node(const Frame& frame) {
+  const Box3& box = frame.box;
   const double width = box.max.x - box.min.x, height = box.max.y - box.min.y;
   constexpr double most_triangles = 0x1p40;
-  const FixedScale slopes{most_triangles, high - low, width + height};
+  const FixedScale slopes{most_triangles, box.max.z - box.min.z, width + height};
   return {FixedSum(FixedScale{width, height}), FixedSum(slopes), FixedSum(slopes)};
 }
 
-/// What a whole cell adds at one of its corners.
-struct AtCorner {
-  std::size_t place;  // number of the node, divided by the step
-  AtNode sums;        // slope · area, so that no sliver counts for more than it is
-};
-
-void add_corners(const CellView& cells, std::size_t triangle, std::size_t step, std::vector<AtCorner>& corners) {
-  const std::array<Index, 3> v = cells.corners(triangle);
-  const Point2 &p = cells.xy[v[0]], &q = cells.xy[v[1]], &r = cells.xy[v[2]];
-  const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
-  if (!(twice > 0)) return;
-  const double u = cells.z1[v[1]] - cells.z1[v[0]], w = cells.z1[v[2]] - cells.z1[v[0]];
-  for (const Index node : v)
-    if (node % step == 0) corners.push_back({node / step, {twice / 6, (u * by - w * ay) / 6, (ax * w - bx * u) / 6}});
-}
-
-/// Of every step-th node. By the order of the nodes, which is the same however T was made.
-std::vector<AtNode> at_nodes(const CellView& cells, std::size_t step) {
-  std::vector<unsigned char> wanted(cells.xy.size(), 0);  // asked three times a cell: a division each would take longer
-  for (std::size_t i = 0; i < wanted.size(); i += step) wanted[i] = 1;
-  using Corners = std::vector<AtCorner>;
-  const Corners corners = gather_blocks<Corners>(cells.t.real, default_block, [&](std::size_t begin, std::size_t end) {
-    Corners some;
-    for (std::size_t i = begin; i < end; ++i) {
-      const auto& v = cells.t.triangles[i].v;
-      if (cells.in_domain[i] != 0 && (wanted[v[0]] | wanted[v[1]] | wanted[v[2]]) != 0)
-        add_corners(cells, i, step, some);
+Places places_of(std::vector<DisplacementCorner> corners, const Frame& frame) {
+  std::sort(corners.begin(), corners.end(),
+            [](const DisplacementCorner& a, const DisplacementCorner& b) { return a.place < b.place; });
+  std::vector<SumsAtNode> nodes;
+  const SumsAtNode none = none_at_node(frame);
+  for (std::size_t i = 0; i < corners.size(); ++i) {
+    const DisplacementCorner& c = corners[i];
+    if (i == 0 || c.place != corners[i - 1].place) {
+      nodes.push_back(none);
+      nodes.back().at = c.at, nodes.back().d = c.d;
     }
-    return some;
-  });
-  std::vector<SumsAtNode> sums((cells.xy.size() + step - 1) / step, none_at_node(cells));
-  for (const AtCorner& c : corners) {
-    SumsAtNode& at = sums[c.place];
-    at.area.add(c.sums.area);
-    at.slope_x.add(c.sums.slope_x);
-    at.slope_y.add(c.sums.slope_y);
+    nodes.back().area.add(c.area), nodes.back().slope_x.add(c.slope_x), nodes.back().slope_y.add(c.slope_y);
   }
-  std::vector<AtNode> nodes;
-  nodes.reserve(sums.size());
-  for (const SumsAtNode& s : sums) nodes.push_back({s.area.value(), s.slope_x.value(), s.slope_y.value()});
-  return nodes;
-}
-
-Places places_of(const CellView& cells) {
-  const std::size_t coarse = cells.xy.size() / looked_at + 1;
-  const std::vector<AtNode> nodes = at_nodes(cells, coarse);
-  const auto used = static_cast<std::size_t>(
-      std::count_if(nodes.begin(), nodes.end(), [](const AtNode& node) { return node.area > 0; }));
-  const std::size_t step = used / most_places + 1;
+  std::erase_if(nodes, [](const SumsAtNode& node) { return !(node.area.value() > 0); });
+  const std::size_t step = nodes.size() / most_places + 1;
   Places places;
-  std::size_t seen = 0;
   double area = 0, x = 0, y = 0;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    const AtNode& node = nodes[i];
-    if (!(node.area > 0) || seen++ % step != 0) continue;
-    const std::size_t of_t = i * coarse;
-    const Point2& at = cells.xy[of_t];
-    places.all.push_back({node.area,
-                          cells.z2[of_t] - cells.z1[of_t],
-                          {1, at.x, at.y, node.slope_x / node.area, node.slope_y / node.area}});
-    area += node.area, x += node.area * at.x, y += node.area * at.y;
+  for (std::size_t i = 0; i < nodes.size(); i += step) {
+    const SumsAtNode& node = nodes[i];
+    const double of_node = node.area.value();
+    places.all.push_back({of_node,
+                          node.d,
+                          {1, node.at.x, node.at.y, node.slope_x.value() / of_node, node.slope_y.value() / of_node}});
+    area += of_node, x += of_node * node.at.x, y += of_node * node.at.y;
   }
   double reach = 0;
   for (Place& p : places.all) {
@@ -183,9 +141,27 @@ Motion fitted(const Places& places, int n) {
 
 }  // namespace
 
-std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context) {
-  Places places;
-  run_with_threads(context, [&] { places = places_of(c.cells.view()); });
+std::size_t displacement_step(std::size_t nodes) { return nodes / looked_at + 1; }
+
+void add_corners(const std::array<Corner, 3>& cell, const std::array<std::size_t, 3>& numbers, std::size_t step,
+                 std::vector<DisplacementCorner>& corners) {
+  const auto& [p, q, r] = cell;
+  const double ax = q.x - p.x, ay = q.y - p.y, bx = r.x - p.x, by = r.y - p.y, twice = ax * by - ay * bx;
+  if (!(twice > 0)) return;
+  const double u = q.z1 - p.z1, w = r.z1 - p.z1;
+  for (std::size_t k = 0; k < 3; ++k)
+    if (numbers[k] % step == 0)
+      corners.push_back({numbers[k] / step,
+                         {cell[k].x, cell[k].y},
+                         cell[k].d(),
+                         twice / 6,
+                         (u * by - w * ay) / 6,
+                         (ax * w - bx * u) / 6});
+}
+
+std::optional<Displacement> plain_displacement(std::vector<DisplacementCorner> corners, const Frame& frame) {
+  if (corners.empty() || frame.box.empty()) return std::nullopt;
+  const Places places = places_of(std::move(corners), frame);
   if (places.all.size() < least_places) return std::nullopt;
   Displacement found;
   found.before = median_residual(places, {});
@@ -203,6 +179,29 @@ std::optional<Displacement> plain_displacement(const Comparison& c, const Contex
     return found;
   }
   return std::nullopt;
+}
+
+std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context) {
+  using Corners = std::vector<DisplacementCorner>;
+  const CellView cells = c.cells.view();
+  const std::size_t step = displacement_step(cells.xy.size());
+  std::vector<unsigned char> wanted(cells.xy.size(), 0);  // asked three times a cell: a division each would take longer
+  for (std::size_t i = 0; i < wanted.size(); i += step) wanted[i] = 1;
+  Corners corners;
+  run_with_threads(context, [&] {
+    corners = gather_blocks<Corners>(cells.t.real, default_block, [&](std::size_t begin, std::size_t end) {
+      Corners some;
+      for (std::size_t i = begin; i < end; ++i) {
+        const auto& v = cells.t.triangles[i].v;
+        if (cells.in_domain[i] == 0 || (wanted[v[0]] | wanted[v[1]] | wanted[v[2]]) == 0) continue;
+        const CommonCell cell{cells, static_cast<Index>(i), nullptr};
+        const std::array<Index, 3> n = cells.corners(i);
+        add_corners({cell.corner(0), cell.corner(1), cell.corner(2)}, {n[0], n[1], n[2]}, step, some);
+      }
+      return some;
+    });
+  });
+  return plain_displacement(std::move(corners), c.frame);
 }
 
 }  // namespace isopach

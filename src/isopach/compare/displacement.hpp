@@ -5,7 +5,9 @@
 // (reweighted least squares, weights by area), which a change of less than half of the area hardly moves; whether it
 // is there is asked of the medians of |d| with and without it, which such a change hardly moves either.
 #pragma once
+#include <array>
 #include <optional>
+#include <vector>
 
 #include "isopach/base/context.hpp"
 #include "isopach/compare/comparison.hpp"
@@ -31,5 +33,24 @@ struct Displacement {
 /// surface that has risen or sunk by the same everywhere cannot be told from a displaced scan, and is found, too. At
 /// most 5000 nodes are looked at. Cost O(cells). Test: tests/compare/displacement_test.cpp.
 [[nodiscard]] std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context = {});
+
+/// A node that is looked at: its number on the curve among all nodes of T divided by displacement_step, and what one cell
+/// round it adds.
+struct DisplacementCorner {
+  std::size_t place;
+  Point2 at;
+  double d;
+  double area, slope_x, slope_y;  ///< a third of the cell's; slopes of A times that area
+};
+
+/// Of nodes every which one is looked at.
+[[nodiscard]] std::size_t displacement_step(std::size_t nodes);
+
+/// Adds the corners of a cell that are looked at: numbers[k] is that of corner k.
+void add_corners(const std::array<Corner, 3>& cell, const std::array<std::size_t, 3>& numbers, std::size_t step,
+                 std::vector<DisplacementCorner>& corners);
+
+/// From the corners of all whole cells of the domain, in any order.
+[[nodiscard]] std::optional<Displacement> plain_displacement(std::vector<DisplacementCorner> corners, const Frame& frame);
 
 }  // namespace isopach

@@ -46,7 +46,7 @@ class Joiner {
   Joiner(TilesToJoin tiles, Comparison& c, const Context& context)
       : tiles_(std::move(tiles)), c_(c), context_(context), clock_(c.timing, context) {}
 
-  void run() {
+  std::optional<Displacement> run() {
     clock_.start("delaunay");
     pair_.frame = c_.frame;
     for_both([&](std::size_t k) { take_nodes(k); });
@@ -77,11 +77,51 @@ class Joiner {
     const PartedCells cells(std::move(tiles_.cells), rest, cells_ + rest.pieces.size());
     c_.measures = measure(cells, context_, c_.options.percentiles);
     stages::describe_domain(borders, c_);
-    describe_slivers(cells, {common.counted, number_of(common.nodes)}, c_, context_);
+    const RestOfCells of_rest{common.counted, number_of(common.nodes)};
+    describe_slivers(cells, of_rest, c_, context_);
     clock_.stop();
+    return displacement(cells, of_rest);
   }
 
  private:
+  [[nodiscard]] std::optional<Displacement> displacement(const PartedCells& cells, const RestOfCells& of_rest) const {
+    using Corners3 = std::vector<DisplacementCorner>;
+    std::size_t nodes = 0;
+    for (const Part& part : tiles_.parts) nodes += part.nodes;
+    const std::size_t step = displacement_step(nodes);
+    const CellView& rest = cells.rest();
+    const auto at = [](const CellPart& part, Index v) {
+      return Corner{part.xy[v].x, part.xy[v].y, part.z1[v], part.z2[v]};
+    };
+    const auto is_looked_at = [&](const std::array<std::size_t, 3>& n) {
+      return n[0] % step == 0 || n[1] % step == 0 || n[2] % step == 0;
+    };
+    return plain_displacement(
+        gather_blocks<Corners3>(cells.items() - rest.pieces.size(), default_block, [&](std::size_t begin, std::size_t end) {
+          Corners3 some;
+          cells.visit(
+              begin, end,
+              [&](const CellPart& part, std::size_t from, std::size_t to) {
+                for (std::size_t i = from; i < to; ++i) {
+                  const Corners& v = part.triangles[i];
+                  const std::array n{part.first_node + v[0], part.first_node + v[1], part.first_node + v[2]};
+                  if (is_looked_at(n)) add_corners({at(part, v[0]), at(part, v[1]), at(part, v[2])}, n, step, some);
+                }
+              },
+              [&](std::size_t from, std::size_t to) {
+                for (std::size_t i = from; i < to; ++i) {
+                  if (rest.in_domain[i] == 0) continue;
+                  const CommonCell cell{rest, static_cast<Index>(i), nullptr};
+                  const auto v = rest.corners(i);
+                  const std::array n{of_rest.number[v[0]], of_rest.number[v[1]], of_rest.number[v[2]]};
+                  if (is_looked_at(n)) add_corners({cell.corner(0), cell.corner(1), cell.corner(2)}, n, step, some);
+                }
+              });
+          return some;
+        }),
+        pair_.frame);
+  }
+
   /// All nodes of scan k that were passed up: tiles come in curve order, so do these.
   void take_nodes(std::size_t k) {
     HeightField& field = pair_.scan[k].field;
@@ -241,8 +281,10 @@ class Joiner {
 
 }  // namespace
 
-void join_tiles(TilesToJoin tiles, Comparison& c, const Context& context) {
-  run_with_threads(context, [&] { Joiner(std::move(tiles), c, context).run(); });
+std::optional<Displacement> join_tiles(TilesToJoin tiles, Comparison& c, const Context& context) {
+  std::optional<Displacement> found;
+  run_with_threads(context, [&] { found = Joiner(std::move(tiles), c, context).run(); });
+  return found;
 }
 
 }  // namespace isopach

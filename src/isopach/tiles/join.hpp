@@ -1,10 +1,12 @@
 // join_tiles: the comparison of the whole from what its tiles found and passed up (docs/method/tiles.md).
 #pragma once
 #include <array>
+#include <optional>
 #include <vector>
 
 #include "isopach/base/context.hpp"
 #include "isopach/compare/comparison.hpp"
+#include "isopach/compare/displacement.hpp"
 #include "isopach/measure/parted_cells.hpp"
 #include "isopach/tiles/part.hpp"
 
@@ -23,6 +25,7 @@ struct TilesToJoin {
 /// counts of triangles become those of compare() on all points, to the last bit; visited_… stay 0, and c.cells are those
 /// that were left open alone. Errors as compare(). Cost O(n log n) of what was passed up, and two looks at each final
 /// cell. Oracle: compare(), tests/tiles/join_test.cpp.
-void join_tiles(TilesToJoin tiles, Comparison& c, const Context& context);
+/// Gives what plain_displacement() of the whole does.
+std::optional<Displacement> join_tiles(TilesToJoin tiles, Comparison& c, const Context& context);
 
 }  // namespace isopach
