@@ -98,6 +98,18 @@ class MappedFile {
   std::size_t size_ = 0;
 };
 
+/// Cells of a file, which is mapped as long as they are looked at.
+std::shared_ptr<const CellPart> cells_in(const fs::path& path, const std::string& job, std::size_t first_node) {
+  struct Held {
+    MappedFile file;
+    CellPart cells;
+    Held(const fs::path& of, const std::string& id, std::size_t node)
+        : file(of), cells(cells_of(file.bytes(), id, of.string(), node)) {}
+  };
+  const auto held = std::make_shared<const Held>(path, job, first_node);
+  return {held, &held->cells};
+}
+
 /// Points sorted into squares of the curve as they come, in one file: runs of a few thousand.
 class Spill {
  public:
@@ -409,15 +421,15 @@ class Reducer {
     stages::check_units(header_of(job_.scan[0]), header_of(job_.scan[1]), options_, c);
     TilesToJoin tiles;
     tiles.is_raster = {job_.scan[0].is_raster, job_.scan[1].is_raster};
-    std::vector<std::unique_ptr<MappedFile>> cells;
     std::size_t first_node = 0;
     for (const std::size_t k : done) {
       const fs::path part = job_.tile_file(k, "part"), of_cells = job_.tile_file(k, "cells");
       tiles.parts.push_back(part_of(MappedFile(part).bytes(), job_.id, part.string()));
-      cells.push_back(std::make_unique<MappedFile>(of_cells));
-      tiles.cells.push_back(cells_of(cells.back()->bytes(), job_.id, of_cells.string(), first_node));
-      if (tiles.cells.back().xy.size() != tiles.parts.back().nodes)
+      const auto open = [of_cells, id = job_.id, first_node] { return cells_in(of_cells, id, first_node); };
+      const std::shared_ptr<const CellPart> first = open();
+      if (first->xy.size() != tiles.parts.back().nodes)
         throw InputError(of_cells.string() + ": it does not fit its part: remove both, and run the tile again");
+      tiles.cells.push_back({first->triangles.size(), open});
       first_node += tiles.parts.back().nodes;
       context_.step("reading parts", static_cast<double>(tiles.parts.size()) / static_cast<double>(done.size()));
     }

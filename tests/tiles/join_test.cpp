@@ -130,7 +130,8 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
   joined.tiles = cells.size();
   std::size_t first_node = 0;
   for (std::size_t i = 0; i < cells.size(); ++i) {
-    tiles.cells.push_back(cells[i].view(first_node));
+    const auto part = std::make_shared<const CellPart>(cells[i].view(first_node));
+    tiles.cells.push_back({cells[i].triangles.size(), [part] { return part; }});
     first_node += tiles.parts[i].nodes;
     for (const Corners& v : cells[i].triangles) {
       Triangle3 t;

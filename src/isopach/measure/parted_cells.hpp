@@ -2,8 +2,13 @@
 // All of it together is T of the whole, and gives the sums, quantiles and histogram of the whole bit for bit: sums are
 // exact, and samples are chosen by places.
 #pragma once
+#include <algorithm>
 #include <array>
+#include <cstdint>
+#include <functional>
+#include <memory>
 #include <span>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -25,35 +30,41 @@ struct CellPart {
   }
 };
 
+/// How a part is looked at: the cells may lie in a file, which is opened for a block of them and closed after it, so that
+/// what is in memory does not grow with the parts.
+struct PartedCellsPart {
+  std::size_t cells = 0;
+  std::function<std::shared_ptr<const CellPart>()> open;
+};
+
 class PartedCells {
  public:
   /// `rest`: the cells that are in no part, with its bounds. `population`: items_of T as a whole, cells that are not in
   /// the domain included.
-  PartedCells(std::vector<CellPart> parts, const CellView& rest, std::size_t population);
+  PartedCells(std::vector<PartedCellsPart> parts, const CellView& rest, std::size_t population);
 
-  [[nodiscard]] std::span<const CellPart> parts() const { return parts_; }
   [[nodiscard]] const CellView& rest() const { return rest_; }
   [[nodiscard]] std::size_t population() const { return population_; }
-  [[nodiscard]] std::size_t items() const { return first_.back() + items_of(rest_); }
+  [[nodiscard]] std::size_t items() const { return in_parts() + items_of(rest_); }
+  [[nodiscard]] std::size_t in_parts() const { return first_.back(); }
 
-  /// f(part, begin, end) for the items of parts in a range, and rest(begin, end) for those of the rest, by their own
-  /// numbers.
-  template <class F, class G>
-  void visit(std::size_t begin, std::size_t end, F&& f, G&& rest) const {
+  /// f(CellPart or CellView, begin, end) for the items in a range, by their own numbers.
+  template <class F>
+  void visit(std::size_t begin, std::size_t end, F&& f) const {
     std::size_t k = part_of(begin);
     while (begin < end && k < parts_.size()) {
       const std::size_t stop = std::min(end, first_[k + 1]);
-      if (begin < stop) f(parts_[k], begin - first_[k], stop - first_[k]);
+      if (begin < stop) f(*parts_[k].open(), begin - first_[k], stop - first_[k]);
       begin = std::max(begin, stop), ++k;
     }
-    if (begin < end) rest(begin - first_.back(), end - first_.back());
+    if (begin < end) f(rest_, begin - in_parts(), end - in_parts());
   }
-  /// The part that holds an item, or the number of parts.
-  [[nodiscard]] std::size_t part_of(std::size_t item) const;
-  [[nodiscard]] std::size_t first_item(std::size_t part) const { return first_[part]; }
 
  private:
-  std::vector<CellPart> parts_;
+  /// The part that holds an item, or the number of parts.
+  [[nodiscard]] std::size_t part_of(std::size_t item) const;
+
+  std::vector<PartedCellsPart> parts_;
   std::vector<std::size_t> first_;  // item of each part, and where the rest begins
   const CellView& rest_;
   std::size_t population_;
@@ -63,17 +74,27 @@ class PartedCells {
 [[nodiscard]] inline SumBounds bounds_of(const PartedCells& cells) { return bounds_of(cells.rest()); }
 
 template <class F>
-void for_cells(const PartedCells& cells, std::size_t begin, std::size_t end, F&& f) {
-  cells.visit(
-      begin, end,
-      [&](const CellPart& part, std::size_t from, std::size_t to) {
-        for (std::size_t i = from; i < to; ++i) f(part.cell(i));
-      },
-      [&](std::size_t from, std::size_t to) { for_cells(cells.rest(), from, to, f); });
+void for_cells(const CellPart& part, std::size_t begin, std::size_t end, F&& f) {
+  for (std::size_t i = begin; i < end; ++i) f(part.cell(i));
 }
+template <class F>
+void for_cells(const PartedCells& cells, std::size_t begin, std::size_t end, F&& f) {
+  cells.visit(begin, end, [&](const auto& view, std::size_t from, std::size_t to) { for_cells(view, from, to, f); });
+}
+[[nodiscard]] inline std::uint64_t name_of(const CellPart& part, std::size_t i) {
+  const std::array<Index, 3>& v = part.triangles[i];
+  return hash_of(part.xy[v[1]], hash_of(part.xy[v[0]]));
+}
+[[nodiscard]] inline bool may_have_cells(const CellPart&, std::size_t) { return true; }
 
-[[nodiscard]] std::uint64_t name_of(const PartedCells& cells, std::size_t item);
-[[nodiscard]] bool may_have_cells(const PartedCells& cells, std::size_t item);
+/// f(view, begin, end) for a block of items of a source, by the views that it is made of.
+template <class Source, class F>
+void for_views(const Source& cells, std::size_t begin, std::size_t end, F&& f) {
+  if constexpr (std::is_same_v<Source, PartedCells>)
+    cells.visit(begin, end, f);
+  else
+    f(cells, begin, end);
+}
 
 /// As of the other sources (measures.hpp).
 [[nodiscard]] Measures measure(const PartedCells& cells, const Context& context,

@@ -85,41 +85,35 @@ class Joiner {
 
  private:
   [[nodiscard]] std::optional<Displacement> displacement(const PartedCells& cells, const RestOfCells& of_rest) const {
-    using Corners3 = std::vector<DisplacementCorner>;
+    using Found = std::vector<DisplacementCorner>;
     std::size_t nodes = 0;
     for (const Part& part : tiles_.parts) nodes += part.nodes;
     const std::size_t step = displacement_step(nodes);
-    const CellView& rest = cells.rest();
-    const auto at = [](const CellPart& part, Index v) {
-      return Corner{part.xy[v].x, part.xy[v].y, part.z1[v], part.z2[v]};
-    };
     const auto is_looked_at = [&](const std::array<std::size_t, 3>& n) {
       return n[0] % step == 0 || n[1] % step == 0 || n[2] % step == 0;
     };
-    return plain_displacement(
-        gather_blocks<Corners3>(cells.items() - rest.pieces.size(), default_block, [&](std::size_t begin, std::size_t end) {
-          Corners3 some;
-          cells.visit(
-              begin, end,
-              [&](const CellPart& part, std::size_t from, std::size_t to) {
-                for (std::size_t i = from; i < to; ++i) {
-                  const Corners& v = part.triangles[i];
-                  const std::array n{part.first_node + v[0], part.first_node + v[1], part.first_node + v[2]};
-                  if (is_looked_at(n)) add_corners({at(part, v[0]), at(part, v[1]), at(part, v[2])}, n, step, some);
-                }
-              },
-              [&](std::size_t from, std::size_t to) {
-                for (std::size_t i = from; i < to; ++i) {
-                  if (rest.in_domain[i] == 0) continue;
-                  const CommonCell cell{rest, static_cast<Index>(i), nullptr};
-                  const auto v = rest.corners(i);
-                  const std::array n{of_rest.number[v[0]], of_rest.number[v[1]], of_rest.number[v[2]]};
-                  if (is_looked_at(n)) add_corners({cell.corner(0), cell.corner(1), cell.corner(2)}, n, step, some);
-                }
-              });
-          return some;
-        }),
-        pair_.frame);
+    const std::size_t whole = cells.in_parts() + cells.rest().t.real;
+    return plain_displacement(gather_blocks<Found>(whole, default_block, [&](std::size_t begin, std::size_t end) {
+      Found some;
+      for_numbered(cells, of_rest, begin, end, [&](const auto& view, std::size_t i, const auto& n) {
+        if (is_looked_at(n) && counts(view, i)) add_corners(corners_of(view, i), n, step, some);
+      });
+      return some;
+    }), pair_.frame);
+  }
+  static bool counts(const CellPart&, std::size_t) { return true; }
+  static bool counts(const CellView& cells, std::size_t i) { return cells.in_domain[i] != 0; }
+  static std::array<Corner, 3> corners_of(const CellPart& part, std::size_t i) {
+    std::array<Corner, 3> at{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index v = part.triangles[i][k];
+      at[k] = {part.xy[v].x, part.xy[v].y, part.z1[v], part.z2[v]};
+    }
+    return at;
+  }
+  static std::array<Corner, 3> corners_of(const CellView& cells, std::size_t i) {
+    const CommonCell cell{cells, static_cast<Index>(i), nullptr};
+    return {cell.corner(0), cell.corner(1), cell.corner(2)};
   }
 
   /// All nodes of scan k that were passed up: tiles come in curve order, so do these.

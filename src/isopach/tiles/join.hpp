@@ -13,8 +13,9 @@
 namespace isopach {
 
 struct TilesToJoin {
-  std::vector<Part> parts;      ///< of all tiles that hold a point, in the order of the curve
-  std::vector<CellPart> cells;  ///< final ones of each, with first_node as nodes of T are counted from tile to tile
+  std::vector<Part> parts;  ///< of all tiles that hold a point, in the order of the curve
+  /// Final cells of each, with first_node as nodes of T are counted from tile to tile.
+  std::vector<PartedCellsPart> cells;
   std::array<bool, 2> is_raster{false, false};
 };
 

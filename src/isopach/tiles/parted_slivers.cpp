@@ -66,12 +66,8 @@ class Finder {
   [[nodiscard]] std::vector<double> sampled(std::size_t step) const {
     return gather_blocks<std::vector<double>>(items(), default_block, [&](std::size_t begin, std::size_t end) {
       std::vector<double> some;
-      visit(begin, end, [&](const CellPart& part, std::size_t i) {
-        if ((part.first_node + part.triangles[i][0]) % step == 0) some.push_back(longest_edge2(part, i));
-      }, [&](std::size_t i) {
-        const auto v = view_.corners(i);
-        const std::size_t first = std::min({rest_.number[v[0]], rest_.number[v[1]], rest_.number[v[2]]});
-        if (first % step == 0) some.push_back(stages::longest_edge2(view_, i));
+      for_numbered(cells_, rest_, begin, end, [&](const auto& view, std::size_t i, const auto& n) {
+        if (std::min({n[0], n[1], n[2]}) % step == 0 && is_of_scans(view, i)) some.push_back(edge2(view, i));
       });
       return some;
     });
@@ -80,33 +76,24 @@ class Finder {
   [[nodiscard]] std::vector<LongCell> long_cells(double limit) const {
     return gather_blocks<std::vector<LongCell>>(items(), default_block, [&](std::size_t begin, std::size_t end) {
       std::vector<LongCell> some;
-      visit(begin, end, [&](const CellPart& part, std::size_t i) {
-        if (!(longest_edge2(part, i) > limit)) return;
-        const auto& v = part.triangles[i];
-        some.push_back({{part.first_node + v[0], part.first_node + v[1], part.first_node + v[2]}, part.cell(i)});
-      }, [&](std::size_t i) {
-        if (!(stages::longest_edge2(view_, i) > limit)) return;
-        const auto v = view_.corners(i);
-        some.push_back({{rest_.number[v[0]], rest_.number[v[1]], rest_.number[v[2]]}, {}, static_cast<Index>(i)});
+      for_numbered(cells_, rest_, begin, end, [&](const auto& view, std::size_t i, const auto& n) {
+        if (!is_of_scans(view, i) || !(edge2(view, i) > limit)) return;
+        if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>)
+          some.push_back({n, view.cell(i)});
+        else
+          some.push_back({n, {}, static_cast<Index>(i)});
       });
       return some;
     });
   }
 
-  /// Cells of parts, and triangles of the rest that are cells of the scans; no pieces.
-  [[nodiscard]] std::size_t items() const { return cells_.first_item(cells_.parts().size()) + view_.t.real; }
-  template <class F, class G>
-  void visit(std::size_t begin, std::size_t end, F&& f, G&& g) const {
-    cells_.visit(
-        begin, end,
-        [&](const CellPart& part, std::size_t from, std::size_t to) {
-          for (std::size_t i = from; i < to; ++i) f(part, i);
-        },
-        [&](std::size_t from, std::size_t to) {
-          for (std::size_t i = from; i < to; ++i)
-            if (of_scans_[i] != 0) g(i);
-        });
-  }
+  static bool is_of_scans(const CellPart&, std::size_t) { return true; }
+  [[nodiscard]] bool is_of_scans(const CellView&, std::size_t i) const { return of_scans_[i] != 0; }
+  static double edge2(const CellPart& part, std::size_t i) { return longest_edge2(part, i); }
+  static double edge2(const CellView& cells, std::size_t i) { return stages::longest_edge2(cells, i); }
+
+  /// Cells of parts, and triangles of the rest; no pieces.
+  [[nodiscard]] std::size_t items() const { return cells_.in_parts() + view_.t.real; }
 
   /// Beside what is no cell of the scans. What is no cell of T stands for final cells, which have no rim beside them.
   [[nodiscard]] bool is_at_rim(Index triangle) const {

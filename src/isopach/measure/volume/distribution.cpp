@@ -40,12 +40,9 @@ double quick_largest(const CellView& cells, std::size_t item) {
   return largest;
 }
 double quick_largest(const OverlayCells&, std::size_t) { return 0; }
-double quick_largest(const PartedCells& cells, std::size_t item) {
-  const std::size_t k = cells.part_of(item), i = item - cells.first_item(k);
-  if (k == cells.parts().size()) return quick_largest(cells.rest(), i);
-  const CellPart& part = cells.parts()[k];
+double quick_largest(const CellPart& part, std::size_t item) {
   double largest = 0;
-  for (const Index v : part.triangles[i]) largest = std::max(largest, std::fabs(part.d(v)));
+  for (const Index v : part.triangles[item]) largest = std::max(largest, std::fabs(part.d(v)));
   return largest;
 }
 
@@ -88,19 +85,21 @@ class Estimate {
           Part part;
           std::vector<Cell> cells;
           double largest = 0;  // in a register
-          for (std::size_t i = begin; i < end; ++i) {
-            if (!may_have_cells(source, i)) continue;
-            const std::uint64_t name = name_of(source, i);
-            if (!sample.holds(name)) {
-              largest = std::max(largest, quick_largest(source, i));
-              continue;
+          for_views(source, begin, end, [&](const auto& view, std::size_t from, std::size_t to) {
+            for (std::size_t i = from; i < to; ++i) {
+              if (!may_have_cells(view, i)) continue;
+              const std::uint64_t name = name_of(view, i);
+              if (!sample.holds(name)) {
+                largest = std::max(largest, quick_largest(view, i));
+                continue;
+              }
+              cells.clear();
+              for_cells(view, i, i + 1, [&](const Cell& cell) { cells.push_back(cell); });
+              for (const Cell& cell : cells)
+                for (const double d : cell.d) part.largest = std::max(part.largest, std::fabs(d));
+              if (!cells.empty()) part.points.push_back(point_on(cells, name));
             }
-            cells.clear();
-            for_cells(source, i, i + 1, [&](const Cell& cell) { cells.push_back(cell); });
-            for (const Cell& cell : cells)
-              for (const double d : cell.d) part.largest = std::max(part.largest, std::fabs(d));
-            if (!cells.empty()) part.points.push_back(point_on(cells, name));
-          }
+          });
           part.largest = std::max(part.largest, largest);
           return part;
         },

@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "isopach/base/context.hpp"
-#include "isopach/measure/source.hpp"
+#include "isopach/measure/parted_cells.hpp"
 
 namespace isopach {
 
@@ -11,10 +11,12 @@ namespace isopach {
 template <class Source, class F>
 void for_cells_in_steps(const Source& cells, std::size_t begin, std::size_t end, const Context& context, F&& f) {
   constexpr std::size_t step = 64;
-  for (std::size_t from = begin; from < end; from += step) {
-    context.check();
-    for_cells(cells, from, std::min(end, from + step), f);
-  }
+  for_views(cells, begin, end, [&](const auto& view, std::size_t first, std::size_t last) {
+    for (std::size_t from = first; from < last; from += step) {
+      context.check();
+      for_cells(view, from, std::min(last, from + step), f);
+    }
+  });
 }
 
 }  // namespace isopach
