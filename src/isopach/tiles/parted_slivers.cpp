@@ -42,11 +42,26 @@ class Finder {
     std::vector<double> sample = sampled(step);
     if (sample.empty()) return;
     const double limit = stages::sliver_limit2(sample);
-    const std::vector<LongCell> all = long_cells(limit);
+    // A rim is beside cells of the rest alone; those of parts are asked for where slivers lead there.
+    std::vector<LongCell> all = long_cells(cells_.in_parts(), items(), limit);
+    std::vector<std::size_t> slivers = reached(all);
+    if (leads_to_parts(all, slivers)) {
+      const std::vector<LongCell> more = long_cells(0, cells_.in_parts(), limit);
+      all.insert(all.end(), more.begin(), more.end());
+      slivers = reached(all);
+    }
+    for (const std::size_t i : slivers)
+      all[i].triangle != no_index ? of_rest.push_back(all[i].triangle) : of_parts.push_back(all[i].cell);
+    std::sort(of_rest.begin(), of_rest.end());
+  }
+
+ private:
+  /// Those of the cells that are at the rim, or beside one that is reached.
+  [[nodiscard]] std::vector<std::size_t> reached(const std::vector<LongCell>& all) const {
     std::unordered_map<std::array<std::size_t, 2>, std::array<std::size_t, 2>, EdgeHash> beside;
     for (std::size_t i = 0; i < all.size(); ++i)
       for (std::size_t k = 0; k < 3; ++k) {
-        auto [at, is_new] = beside.try_emplace(side(all[i], k), std::array{i, i});
+        const auto [at, is_new] = beside.try_emplace(side(all[i], k), std::array{i, i});
         if (!is_new) at->second[1] = i;
       }
     std::vector<bool> seen(all.size(), false);
@@ -57,12 +72,19 @@ class Finder {
       for (std::size_t k = 0; k < 3; ++k)
         for (const std::size_t i : beside[side(all[slivers[next]], k)])
           if (!seen[i]) seen[i] = true, slivers.push_back(i);
-    for (const std::size_t i : slivers)
-      all[i].triangle != no_index ? of_rest.push_back(all[i].triangle) : of_parts.push_back(all[i].cell);
-    std::sort(of_rest.begin(), of_rest.end());
+    return slivers;
   }
 
- private:
+  /// What is no cell of T among the rest stands for cells of parts.
+  [[nodiscard]] bool leads_to_parts(const std::vector<LongCell>& all, const std::vector<std::size_t>& slivers) const {
+    return std::any_of(slivers.begin(), slivers.end(), [&](std::size_t i) {
+      const auto& sides = view_.t.triangles[all[i].triangle].n;
+      return std::any_of(sides.begin(), sides.end(), [&](HalfEdge h) {
+        return !view_.t.is_ghost(triangle_of(h)) && rest_.counted[triangle_of(h)] == 0;
+      });
+    });
+  }
+
   [[nodiscard]] std::vector<double> sampled(std::size_t step) const {
     return gather_blocks<std::vector<double>>(items(), default_block, [&](std::size_t begin, std::size_t end) {
       std::vector<double> some;
@@ -73,10 +95,10 @@ class Finder {
     });
   }
 
-  [[nodiscard]] std::vector<LongCell> long_cells(double limit) const {
-    return gather_blocks<std::vector<LongCell>>(items(), default_block, [&](std::size_t begin, std::size_t end) {
+  [[nodiscard]] std::vector<LongCell> long_cells(std::size_t first, std::size_t last, double limit) const {
+    return gather_blocks<std::vector<LongCell>>(last - first, default_block, [&](std::size_t begin, std::size_t end) {
       std::vector<LongCell> some;
-      for_numbered(cells_, rest_, begin, end, [&](const auto& view, std::size_t i, const auto& n) {
+      for_numbered(cells_, rest_, first + begin, first + end, [&](const auto& view, std::size_t i, const auto& n) {
         if (!is_of_scans(view, i) || !(edge2(view, i) > limit)) return;
         if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>)
           some.push_back({n, view.cell(i)});

@@ -69,9 +69,10 @@ class Estimate {
  public:
   template <class Source>
   Estimate(const Source& source, const Context& context) {
-    constexpr double enough = 1 << 16;
     const std::size_t n = items_of(source);
     const auto of_all = static_cast<double>(population_of(source));
+    // Cells that a bracket cuts are kept: the more there are, the narrower it must be.
+    const double enough = std::max(0x1p16, of_all / 32);
     complete_ = of_all <= enough;
     const Choice sample(complete_ ? 1 : enough / of_all);
     struct Part {
