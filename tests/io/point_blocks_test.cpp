@@ -58,8 +58,6 @@ Cloud from_blocks(const std::string& path, std::size_t most, const PlanBox* box 
   Cloud rest = box != nullptr ? for_each_block_in(path, *box, everything(), {}, take, most)
                               : for_each_block(path, everything(), {}, take, most);
   EXPECT_EQ(rest.points.size(), 0u);
-  if (all.points.empty())
-    for (const Attribute& attribute : rest.attributes) EXPECT_TRUE(attribute.values.empty());
   rest.points = std::move(all.points);
   if (!rest.points.empty()) rest.attributes = std::move(all.attributes);
   return rest;
@@ -284,10 +282,26 @@ TEST_F(PointBlocks, BoxOfCopcEqualsCroppedRead) {
   write_cloud(file("a.las"), surface(20000, 90), {});
   for (const bool pages : {false, true}) {
     test::CopcShape shape = tall_cube();
-    shape.pages = pages;
+    shape.levels = 3, shape.pages = pages;
     test::write_copc(file("a.las"), file("a.copc.laz"), shape);
     expect_boxes(file("a.copc.laz"));
   }
+}
+
+// The sides of nodes lie 0.00003 below a step of the scale: points on that step were below the side before they were
+// rounded, stand in the node below, and belong to a box that begins with the step.
+TEST_F(PointBlocks, BoxOfCopcWithPointsThatRoundingTookOutOfTheirNodes) {
+  Cloud cloud = surface(4000, 90);
+  test::CopcShape shape = tall_cube();
+  const double side = shape.centre[0] - shape.half / 2;
+  for (std::size_t i = 0; i < cloud.points.size(); i += 2) cloud.points[i].x = side;
+  shape.centre[0] -= 0.00003, shape.levels = 3;
+  write_cloud(file("a.las"), cloud, {});
+  test::write_copc(file("a.las"), file("a.copc.laz"), shape);
+  const Cloud whole = read_cloud(file("a.copc.laz"), everything(), {});
+  const PlanBox box{side, -infinite, infinite, infinite};
+  EXPECT_GT(cropped(whole, box).points.size(), 2000u);
+  test::expect_same(from_blocks(file("a.copc.laz"), 1000, &box), cropped(whole, box));
 }
 
 // The heights of the points, and so the header's, take a thousandth of the cube: what is pruned by them is lost.
@@ -325,8 +339,9 @@ TEST_F(PointBlocks, BoxOfCopcReadsWhatItMeetsAlone) {
   const std::string bytes = test::file_content(file("a.copc.laz"));
   const LasFile las = parse_las(bytes, "a.copc.laz");
   const auto points = [&](const PlanBox& box) {
+    const std::optional<std::vector<LazChunk>> chunks = copc_chunks(las, box);
     std::size_t sum = 0;
-    for (const LazChunk& chunk : copc_chunks(las, box).value()) sum += chunk.points;
+    for (const LazChunk& chunk : chunks.value()) sum += chunk.points;
     return sum;
   };
   EXPECT_EQ(points({-infinite, -infinite, infinite, infinite}), 20000u);
@@ -339,7 +354,9 @@ TEST_F(PointBlocks, BoxOfCopcReadsWhatItMeetsAlone) {
 // Where the index does not name what is there, nothing is left out because of it.
 TEST_F(PointBlocks, BoxOfCopcWithADamagedIndex) {
   write_cloud(file("a.las"), surface(3000, 90), {});
-  test::write_copc(file("a.las"), file("a.copc.laz"), tall_cube());
+  test::CopcShape shape = tall_cube();
+  shape.levels = 3;
+  test::write_copc(file("a.las"), file("a.copc.laz"), shape);
   const Cloud whole = read_cloud(file("a.copc.laz"), everything(), {});
   const PlanBox box{500010, 5400010, 500060, 5400060};
   const Cloud wanted = cropped(whole, box);
@@ -347,7 +364,7 @@ TEST_F(PointBlocks, BoxOfCopcWithADamagedIndex) {
   const LasFile las = parse_las(good, "a.copc.laz");
   const std::size_t index = las.extended.front().at + 60;
   test::Random random(2);
-  for (int i = 0; i < 300; ++i) {
+  for (int i = 0; i < 200; ++i) {
     std::string bytes = good;
     // A node that moves within the octree cannot be told from a true one: keys are left alone.
     const std::size_t entry = index + 32 * random.below((good.size() - index) / 32);
@@ -385,8 +402,8 @@ TEST_F(PointBlocks, SummaryOfTheHeader) {
   const FileSummary las = summarise(file("a.las"), everything(), {});
   ASSERT_TRUE(las.bounds.has_value());
   for (const Point3& p : read_cloud(file("a.las"), {}, {}).points) {
-    EXPECT_LE(las.bounds->min.x, p.x), EXPECT_LE(las.bounds->min.y, p.y), EXPECT_LE(las.bounds->min.z, p.z);
-    EXPECT_GE(las.bounds->max.x, p.x), EXPECT_GE(las.bounds->max.y, p.y), EXPECT_GE(las.bounds->max.z, p.z);
+    EXPECT_TRUE(las.bounds->min.x <= p.x && las.bounds->min.y <= p.y && las.bounds->min.z <= p.z);
+    EXPECT_TRUE(las.bounds->max.x >= p.x && las.bounds->max.y >= p.y && las.bounds->max.z >= p.z);
   }
 }
 
