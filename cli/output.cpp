@@ -296,8 +296,10 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
     json = comparison_json(comparison, folder->names(), matched);
     write_text_atomically(result, json);
     write_text_atomically(histogram, histogram_csv(comparison));
-    (delivery.short_report ? write_short_html : write_html)(report, comparison, json,
-                                                            {map, truth, delivery.map, matched}, context);
+    if (delivery.short_report)
+      write_short_html(report, comparison, json, {map, truth, look, matched}, context);
+    else
+      write_html(report, comparison, json, {map, truth, delivery.map, matched}, context);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

@@ -204,6 +204,11 @@ std::string direction_words(const Asymmetry& a, Typography t) {
          difference_number(a, std::fabs(d), t) + (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
 }
 
+/// "patient's left", "right of the picture".
+std::string of_page(const std::string& side, const Asymmetry& a) {
+  return side_of_patient(a) == 0 ? named(side, a) : "patient's " + side;
+}
+
 class Page : public HtmlPage {
  public:
   Page(const Asymmetry& a, const std::string& json, const MapOptions& look)
@@ -214,8 +219,8 @@ class Page : public HtmlPage {
         unit_(unit_text(a.unit)),
         area_(unit_text(a.unit, 2)),
         volume_(unit_text(a.unit, 3)),
-        plus_(named(positive_side(a), a)),
-        minus_(named(negative_side(a), a)) {}
+        plus_(of_page(positive_side(a), a)),
+        minus_(of_page(negative_side(a), a)) {}
 
   std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look,
                     const Context& context) {
@@ -436,7 +441,8 @@ void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapO
   if (const int side = side_of_patient(a); side != 0)
     for (const double x : {box.min.x, box.max.x}) {
       const double y = box.max.y;
-      options.lines.push_back({{{x, y}, {x, y}}, (x > -origin.x) == (side > 0) ? "L" : "R"});
+      options.lines.push_back(
+          {{{x, y}, {x, y}}, (x > -origin.x) == (side > 0) ? "L: patient's left" : "R: patient's right"});
     }
   write_map(path, a.comparison, options, context);
 }

@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "isopach/io/output_file.hpp"
+#include "isopach/report/draw/map.hpp"
 #include "isopach/report/page/change_values.hpp"
 #include "isopach/report/page/furniture.hpp"
 #include "isopach/report/page/matched.hpp"
@@ -178,7 +179,8 @@ class ShortPage : public HtmlPage {
  public:
   ShortPage(const ShortReport& r, const std::string& json) : HtmlPage(json), r_(r) {}
 
-  std::string write(const std::string& map_png, const std::string& logo_png) {
+  /// `map`: bytes of a PNG; empty: none.
+  std::string write(const std::string& map, const std::string& logo_png) {
     open_page(r_.title);
     out_.insert(out_.find("</head>"), sheet_style);
     out_ += "<section class=\"sheet\">\n<header>\n";
@@ -188,7 +190,7 @@ class ShortPage : public HtmlPage {
     for (std::size_t k = 0; k < r_.lead.size(); ++k)
       out_ += std::string(k == 0 ? "<p class=\"lead\">" : "<p>") + escaped(r_.lead[k]) + "</p>\n";
     out_ += "</header>\n";
-    if (!map_png.empty()) picture(map_png, "Map of the difference B − A in colours centred on zero");
+    if (!map.empty()) picture_of(map, "Map of the difference B − A in colours centred on zero");
     out_ += "</section>\n<section>\n";
     numbers();
     warnings_and_meaning();
@@ -249,7 +251,10 @@ void write_short_html(const std::string& path, const Comparison& c, const std::s
                       const Context& context) {
   context.check();
   const ShortReport r = short_report(c, options.look, options.matched);
-  write_text_atomically(path, ShortPage(r, json).write(options.map_png, options.look.logo.png));
+  constexpr double map_words = 1.15;  // larger than on a map by itself: it is printed smaller
+  const std::string map =
+      options.map_png.empty() ? "" : png_of(render_map(c, options.look, context, {0, {}, map_words, true}));
+  write_text_atomically(path, ShortPage(r, json).write(map, options.look.logo.png));
 }
 
 }  // namespace isopach

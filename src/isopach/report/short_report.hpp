@@ -36,7 +36,8 @@ struct ShortReport {
 
 [[nodiscard]] ShortReport short_report(const Comparison& c, const MapOptions& look, const Matching* matched);
 
-/// report.html of that: no script; printed on A4 it has two pages. `options.truth` is not shown.
+/// report.html of that: no script; printed on A4 it has two pages. The map is drawn for it, without
+/// title and numbers, if options.map_png names one; `options.truth` is not shown.
 void write_short_html(const std::string& path, const Comparison& c, const std::string& json, const PageOptions& options,
                       const Context& context);
 

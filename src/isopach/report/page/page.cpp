@@ -230,7 +230,11 @@ void HtmlPage::raw() {
 }
 
 void HtmlPage::picture(const std::string& png, const std::string& alt, const std::string& caption) {
-  const std::string image = base64(read_bytes(png));
+  picture_of(read_bytes(png), alt, caption);
+}
+
+void HtmlPage::picture_of(const std::string& png_bytes, const std::string& alt, const std::string& caption) {
+  const std::string image = base64(png_bytes);
   picture_bytes_ += image.size();
   out_ += "<figure><img alt=\"" + escaped(alt) + "\" src=\"data:image/png;base64," + image + "\">\n" +
           (caption.empty() ? "" : "<figcaption>" + caption + "</figcaption>\n") + "</figure>\n";

@@ -56,6 +56,8 @@ class HtmlPage {
   void warnings();
   /// A PNG that is written already, carried in the page. Errors: InputError where it cannot be read.
   void picture(const std::string& png, const std::string& alt, const std::string& caption = "");
+  /// One of these bytes.
+  void picture_of(const std::string& png_bytes, const std::string& alt, const std::string& caption = "");
   /// About the size of the page without a view, and not less: a function of what it shows, but for its times, so that
   /// two runs get the same view.
   [[nodiscard]] std::size_t bytes_but_times() const;
