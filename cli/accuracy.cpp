@@ -101,6 +101,7 @@ void AccuracyAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run
   files.write = [&](OutputFolder& out) {
     const std::string map = out.path("accuracy.png");
     write_accuracy_map(map, a, look, context);
+    if (delivery.svg) write_accuracy_map(out.path("accuracy.svg"), a, look, context);
     out.write_text("pose.txt", pose_text(a.pose));
     return map;
   };

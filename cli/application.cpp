@@ -1,5 +1,8 @@
 #include "cli/application.hpp"
 
+#include "cli/session.hpp"
+#include "isopach/base/error.hpp"
+
 namespace isopach::cli {
 
 void add_application_output(Command& command, Delivery& output, const std::string& files) {
@@ -10,10 +13,12 @@ void add_application_output(Command& command, Delivery& output, const std::strin
       .check(not_empty());
   command.option("--json", "FILE", output.json, "The result as JSON to FILE; - prints it, and nothing else, on stdout")
       .check(not_empty());
-  add_map_options(command, output.map, "Title of map and report");
+  add_map_options(command, output, "Title of map and report");
 }
 
 std::unique_ptr<OutputFolder> open_folder(const Delivery& output) {
+  if (output.svg && output.output.empty() && session().shell)
+    throw UsageError("--svg: acts with --output alone, which names the folder to write into");
   return output.output.empty() ? nullptr : std::make_unique<OutputFolder>(output.output);
 }
 

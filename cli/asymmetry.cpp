@@ -75,6 +75,7 @@ void AsymmetryAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Ru
   files.write = [&](OutputFolder& out) {
     const std::string map = out.path("asymmetry.png");
     write_asymmetry_map(map, a, look, context);
+    if (delivery.svg) write_asymmetry_map(out.path("asymmetry.svg"), a, look, context);
     write_asymmetry_points(out.path("points.ply"), face, a, context);
     out.write_text("pose.txt", pose_text(a.to_face));
     return map;

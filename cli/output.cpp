@@ -5,10 +5,13 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
+#include <ctime>
 
 #include "cli/answer.hpp"
 #include "cli/parse.hpp"
 #include "cli/session.hpp"
+#include "isopach/io/input_file.hpp"
 #include "isopach/io/las.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/changes.hpp"
@@ -18,7 +21,9 @@
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/text.hpp"
 #include "isopach/report/profile.hpp"
+#include "isopach/report/short_report.hpp"
 #include "isopach/report/vector_layers.hpp"
+#include "isopach/report/vector_styles.hpp"
 
 namespace isopach::cli {
 
@@ -44,13 +49,55 @@ void add_view_option(Command& command, MapOptions& map) {
       .check(whole_number(0, 20000000));
 }
 
-void add_map_options(Command& command, MapOptions& map, const std::string& title) {
+namespace {
+
+/// The day of the run. Where SOURCE_DATE_EPOCH is set, that of these seconds since 1970: builds that must give the same
+/// bytes on any day set it.
+std::string run_date() {
+  std::time_t now = std::time(nullptr);
+  const char* const epoch = std::getenv("SOURCE_DATE_EPOCH");  // NOLINT(concurrency-mt-unsafe)
+  const std::optional<double> given = epoch != nullptr ? as_number(epoch) : std::nullopt;
+  if (given && *given >= 0 && *given < 1e11) now = static_cast<std::time_t>(*given);
+  std::tm day{};
+  if ((given ? gmtime_r(&now, &day) : localtime_r(&now, &day)) == nullptr) return "";
+  return fmt::format("{:04}-{:02}-{:02}", day.tm_year + 1900, day.tm_mon + 1, day.tm_mday);
+}
+
+Logo read_logo(const std::string& path) {
+  std::error_code none;
+  const std::filesystem::file_status status = std::filesystem::status(path, none);
+  if (std::filesystem::exists(status) && !std::filesystem::is_regular_file(status))
+    throw InputError(path + ": is no file: --logo takes a PNG");
+  if (const auto size = std::filesystem::file_size(path, none); !none && size > largest_logo)
+    throw InputError(
+        fmt::format("{}: has {} kB: --logo takes a PNG of at most {} kB", path, size / 1000, largest_logo / 1000));
+  const Context context;
+  InputFile file(path, context);
+  const std::span<const char> bytes = file.bytes();
+  return logo_of({bytes.data(), bytes.size()}, path);
+}
+
+}  // namespace
+
+void add_map_options(Command& command, Delivery& delivery, const std::string& title) {
+  MapOptions& map = delivery.map;
+  map.date = run_date();
   std::vector<std::pair<std::string, std::string>> names;
   for (const std::string& name : palettes()) names.emplace_back(name, name);
   command.choice<std::string>("--palette", map.palette, names, "Diverging colours of the map");
   command.flag("--flip-palette", map.flip, "Swap the two ends of the palette");
+  command
+      .option(
+          "--range", "LIMIT", map.range,
+          "Colours of map, histogram and view reach from -LIMIT to LIMIT, in the unit of d, so that results side by "
+          "side have the same colours (default: as the differences are)")
+      .check(positive());
   command.option("--title", "TEXT", map.title, title);
+  command.option("--author", "TEXT", map.author, "Who made them, on map and report, beside the date of the run");
+  command.parsed("--logo", "FILE", map.logo, read_logo,
+                 "A PNG for map and report, of at most 1000 kB and 2000 pixels either way");
   command.option("--map-width", "PIXELS", map.width, "Width of the map").check(whole_number(400, 16000)).show_default();
+  command.flag("--svg", delivery.svg, "Also the map as SVG: words and lines as such, the surface as a picture");
   add_view_option(command, map);
 }
 
@@ -71,7 +118,16 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
                          "points_a.ply, points_b.ply, with polygons budget.csv, of changes changes.csv and "
                          "changes.geojson (LAS in: also points_a.las); made if it is not there");
   if (!default_folder.empty()) folder.show_default();
-  add_map_options(command, delivery.map, "Title of map and report; without it the names of the scans");
+  add_map_options(command, delivery, "Title of map and report; without it the names of the scans");
+  command.option_with(
+      "--extent", "XMIN,YMIN,XMAX,YMAX",
+      [&delivery](const std::string& text) { delivery.map.extent = parse_extent(text); },
+      "What the map shows, in x and y of the scans, so that results side by side have the same frame (default: what "
+      "was "
+      "compared)");
+  command.choice<bool>("--report", delivery.short_report, {{"full", false}, {"short", true}},
+                       "report.html; short: two pages for a client, with the map, the numbers and what they are worth");
+  command.flag("--pdf", delivery.pdf, "Also report.pdf: the short report on two pages of A4");
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
@@ -101,7 +157,10 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
 }
 
 void check_layers(Delivery& delivery, const ProjectOptions& project) {
-  const std::array<std::pair<const char*, bool>, 6> asked{{{"raster", delivery.raster > 0},
+  const std::array<std::pair<const char*, bool>, 9> asked{{{"pdf", delivery.pdf},
+                                                           {"svg", delivery.svg},
+                                                           {"extent", delivery.map.extent.has_value()},
+                                                           {"raster", delivery.raster > 0},
                                                            {"contours", delivery.contours > 0},
                                                            {"profile", !delivery.profile.empty()},
                                                            {"outlines", delivery.outlines},
@@ -111,8 +170,9 @@ void check_layers(Delivery& delivery, const ProjectOptions& project) {
     if (!is_asked) continue;
     if (session().shell && delivery.output.empty())
       throw UsageError(fmt::format("--{}: acts with --output alone, which names the folder to write into", name));
-    const bool goes_with_any = std::string_view(name) == "vtu" || std::string_view(name) == "vectors";
-    if (!goes_with_any) require_map_direction(project, std::string("@") + name);
+    constexpr std::array<std::string_view, 4> with_any{"pdf", "svg", "vtu", "vectors"};
+    if (std::find(with_any.begin(), with_any.end(), name) == with_any.end())
+      require_map_direction(project, std::string("@") + name);
   }
   if (delivery.raster > 0) need_raster_writer("difference.tif");
   need_vector_writer(delivery.vectors, std::string("vectors.") + ending_of(delivery.vectors));
@@ -140,12 +200,18 @@ void write_layers(const Comparison& c, const Delivery& delivery, OutputFolder& f
     write_raster_layers(folder.path("difference.tif"), layers, context);
     folder.write_text("difference.qml", raster_style(c, delivery.map));
   }
-  if (delivery.contours > 0) vectors("contours", contours_geojson(c, delivery.contours, context));
+  if (delivery.contours > 0) {
+    vectors("contours", contours_geojson(c, delivery.contours, context));
+    folder.write_text("contours.qml", contours_style(c, delivery.map));
+  }
   if (!delivery.profile.empty()) {
     folder.write_text("profile.csv", profile_csv(c, delivery.line, context));
     folder.write_text("profile.svg", profile_svg(c, delivery.line, context));
   }
-  if (delivery.outlines) vectors("outlines", outlines_geojson(c, context));
+  if (delivery.outlines) {
+    vectors("outlines", outlines_geojson(c, context));
+    folder.write_text("outlines.qml", outlines_style(c, delivery.map));
+  }
   if (delivery.vtu) write_vtu(folder.path("cells.vtu"), c, context);
 }
 
@@ -203,11 +269,16 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
     folder->write_text("changes.csv", changes_csv(comparison));
     write_vectors(folder->path(std::string("changes.") + ending_of(delivery.vectors)), changes_geojson(comparison),
                   delivery.vectors, crs_of(comparison));
+    folder->write_text("changes.qml", changes_style(comparison, delivery.map));
   }
   if (comparison.changes) look.lines = change_lines(comparison);
   if (matched != nullptr)
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);
-  if (folder != nullptr && !delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
+  if (folder != nullptr) {
+    if (!delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
+    if (delivery.svg) write_map(folder->path("difference.svg"), comparison, look, context);
+    if (delivery.pdf) write_pdf(folder->path("report.pdf"), comparison, look, matched, !delivery.no_map, context);
+  }
 
   if (folder != nullptr) {
     Delivery layers = delivery;
@@ -225,7 +296,10 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
     json = comparison_json(comparison, folder->names(), matched);
     write_text_atomically(result, json);
     write_text_atomically(histogram, histogram_csv(comparison));
-    write_html(report, comparison, json, {map, truth, delivery.map, matched}, context);
+    if (delivery.short_report)
+      write_short_html(report, comparison, json, {map, truth, look, matched}, context);
+    else
+      write_html(report, comparison, json, {map, truth, delivery.map, matched}, context);
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {

@@ -70,7 +70,10 @@ class Stopwatch {
 
 /// What a verb writes and prints, as its options under the heading "Output" say.
 struct Delivery {
-  std::string output, json;  ///< folder, file; empty: none
+  std::string output, json;   ///< folder, file; empty: none
+  bool short_report = false;  ///< report.html: two pages for a client
+  bool pdf = false;           ///< these as report.pdf
+  bool svg = false;           ///< the map as SVG, too
   bool no_map = false, no_cells = false, no_points = false;
   std::string pose_out;        ///< of match: a file for the pose alone
   std::string format = "ply";  ///< of points of distance and roughness
@@ -84,8 +87,9 @@ struct Delivery {
   bool vtu = false;                              ///< the cells for ParaView
 };
 
-/// --palette, --flip-palette, --title, --map-width and --report-vertices. `title`: help of --title.
-void add_map_options(Command& command, MapOptions& map, const std::string& title);
+/// --palette, --flip-palette, --range, --title, --author, --logo, --map-width, --svg and --report-vertices; sets the
+/// date of the run. `title`: help of --title.
+void add_map_options(Command& command, Delivery& delivery, const std::string& title);
 
 /// --report-vertices.
 void add_view_option(Command& command, MapOptions& map);

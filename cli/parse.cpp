@@ -130,6 +130,13 @@ std::vector<int> parse_classes(const std::string& text) {
   return classes;
 }
 
+std::optional<Box2> parse_extent(const std::string& text) {
+  const std::vector<double> v = numbers(text, "--extent");
+  if (v.size() != 4 || !(v[0] < v[2] && v[1] < v[3]))
+    throw UsageError(fmt::format("--extent: '{}' is not xmin,ymin,xmax,ymax with min below max", text));
+  return Box2{{v[0], v[1]}, {v[2], v[3]}};
+}
+
 std::optional<Box2> parse_crop(const std::string& text) {
   const std::vector<double> v = numbers(text, "--crop");
   if (v.size() != 4 || v[0] > v[2] || v[1] > v[3])

@@ -21,6 +21,8 @@ namespace isopach::cli {
 [[nodiscard]] std::vector<int> parse_classes(const std::string& text);
 /// xmin,ymin,xmax,ymax
 [[nodiscard]] std::optional<Box2> parse_crop(const std::string& text);
+/// xmin,ymin,xmax,ymax
+[[nodiscard]] std::optional<Box2> parse_extent(const std::string& text);
 /// A name of a unit of length.
 [[nodiscard]] std::string parse_unit(const std::string& text);
 /// S | @attribute | FILE (a raster); `option` names it in the error.

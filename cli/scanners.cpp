@@ -64,6 +64,7 @@ void ScannersAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run
   files.write = [&](OutputFolder& out) {
     const std::string map = out.path("difference.png");
     write_scanners_map(map, s, look, context);
+    if (delivery.svg) write_scanners_map(out.path("difference.svg"), s, look, context);
     return map;
   };
   files.json = [&](const std::vector<std::string>& outputs) { return scanners_json(s, outputs); };

@@ -112,9 +112,10 @@ class Result(Record):
     def save(self, folder: str | os.PathLike[str], *, progress: Any = None, **options: Any) -> pathlib.Path:
         """Writes what the command line writes with --output: JSON, report, map, point clouds with their fields.
 
-        `options` are those of the headings "Output" and "Layers" of ``isopach <verb> --help``: palette, title,
-        map_width, report_vertices, no_map, no_cells, no_points, format, raster, contours, profile (a file, text, or an
-        (n, 2) array), outlines, vectors, vtu, as far as the verb has them. All files appear together, or none. Returns
+        `options` are those of the headings "Output" and "Layers" of ``isopach <verb> --help``: palette, range, extent
+        (four numbers), title, author, logo, map_width, svg, report ("short"), pdf, report_vertices, no_map, no_cells,
+        no_points, format, raster, contours, profile (a file, text, or an (n, 2) array), outlines, vectors, vtu, as far as
+        the verb has them. All files appear together, or none. Returns
         the folder.
         """
         if self._found is None:

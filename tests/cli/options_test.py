@@ -10,7 +10,7 @@ import unittest
 
 from support import CliTest, points, without_timing
 
-FREE_TEXT = {"--title"}  # no text is wrong
+FREE_TEXT = {"--title", "--author"}  # no text is wrong
 NOT_OURS = {"--help", "--version"}
 
 
@@ -119,6 +119,11 @@ class Compare(OptionsTest):
         "--palette": ("files", OUT, [*OUT, "--palette", "purple-orange"]),
         "--flip-palette": ("files", OUT, [*OUT, "--flip-palette"]),
         "--title": ("files", OUT, [*OUT, "--title", "Other"]),
+        "--author": ("files", OUT, [*OUT, "--author", "A. Surveyor"]),
+        "--range": ("files", OUT, [*OUT, "--range", "9"]),
+        "--extent": ("files", OUT, [*OUT, "--extent", "-5,-5,30,30"]),
+        "--svg": ("files", OUT, [*OUT, "--svg"]),
+        "--pdf": ("files", OUT, [*OUT, "--pdf"]),
         "--map-width": ("files", OUT, [*OUT, "--map-width", "800"]),
         "--surface": ("numbers", [], ["--surface", "overlay"]),
         "--measure": ("numbers", [], CURRENTS),
@@ -164,7 +169,8 @@ class Compare(OptionsTest):
         "--folds": ["--folds", "cut"], "--visible": ["--visible"],
         "--no-layer-check": ["--no-layer-check=maybe"], "--no-map": ["--no-map=maybe"],
         "--no-cells": ["--no-cells=maybe"], "--no-points": ["--no-points=maybe"], "--flip-palette": ["--flip-palette=maybe"],
-        "--match": ["--match=maybe"],
+        "--match": ["--match=maybe"], "--range": ["--range", "0"], "--extent": ["--extent", "1,1,0,2"], "--svg": ["--svg"],
+        "--pdf": ["--pdf"], "--report": [*OUT, "--report", "long"], "--logo": [*OUT, "--logo", "nowhere.png"],
     }
 
     def test_acts_and_wrong(self):

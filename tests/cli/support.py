@@ -9,6 +9,7 @@ import subprocess
 import tempfile
 import unittest
 
+os.environ.setdefault("SOURCE_DATE_EPOCH", "1767225600")  # the date on maps and reports: 2026-01-01
 BIN = os.environ.get("ISOPACH_BIN", str(pathlib.Path(__file__).resolve().parents[2] / "build/release/bin/isopach"))
 SHARED = pathlib.Path(os.environ.get("ISOPACH_SHARED", pathlib.Path(__file__).resolve().parents[3] / "shared"))
 

@@ -55,6 +55,40 @@ TEST(Scanned, HatchedIsWhatOneScanHasPointsFor) {
   EXPECT_EQ(s.hole, Cover::none) << "a hole in both";
 }
 
+/// The largest distance from a hatched place to the nearest point of either scan: of a lagoon of radius 25 that neither
+/// scan has points in, and whose shores differ a little between them; A alone goes on to x = 100.
+double farthest_hatched(std::uint64_t seed) {
+  const auto dry = [](double x, double y, double turn) {
+    const double angle = std::atan2(y - 50, x - 40);
+    return std::hypot(x - 40, y - 50) > 25 + 2 * std::sin(7 * angle + turn);
+  };
+  const Cloud a = sampled(seed, [&](double x, double y) { return dry(x, y, 0); });
+  const Cloud b = sampled(seed + 100, [&](double x, double y) { return dry(x, y, 2) && x < 85; });
+  CompareOptions o;
+  o.check_layers = false;
+  const Comparison c = compare(a, b, o, {});
+  const Point3 corner = c.frame.to_field({0, 100, 0});
+  const CellRaster raster = rasterise(c.cells, {corner.x, corner.y, 1, 100, 100});
+  double farthest = 0;
+  for (std::size_t i = 0; i < raster.cover.size(); ++i) {
+    if (raster.cover[i] != Cover::footprint) continue;
+    const double x = static_cast<double>(i % 100) + 0.5, y = 99.5 - static_cast<double>(i / 100);
+    double nearest = 1e9;
+    for (const Cloud* cloud : {&a, &b})
+      for (const Point3& p : cloud->points) nearest = std::min(nearest, std::hypot(p.x - x, p.y - y));
+    farthest = std::max(farthest, nearest);
+  }
+  return farthest;
+}
+
+TEST(Scanned, NoPlaceOfALagoonIsHatched) {
+  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
+    const double farthest = farthest_hatched(seed);
+    EXPECT_GT(farthest, 0) << "what A alone has points for is hatched";
+    EXPECT_LT(farthest, 4) << "points lie 1.3 apart; seed " << seed;
+  }
+}
+
 TEST(Scanned, UnderTheHullRuleTheHullCounts) {
   const Seen s = seen(BorderRule::hull);
   EXPECT_EQ(s.bay, Cover::domain);

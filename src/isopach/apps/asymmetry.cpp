@@ -365,6 +365,22 @@ Cloud description_of(const CloudView& cloud) {
   return empty;
 }
 
+/// Those of the comparison, each once; of layers in words that fit a face, which is compared with itself.
+void take_warnings(Asymmetry& a) {
+  constexpr double told = 0.02;
+  const double share = a.comparison.b.layered_share;
+  for (const std::string& w : a.comparison.warnings) {
+    if (w.find("several layers along the projection direction") != std::string::npos) continue;
+    if (std::find(a.warnings.begin(), a.warnings.end(), w) == a.warnings.end()) a.warnings.push_back(w);
+  }
+  if (share > told)
+    a.warnings.push_back(fmt::format(
+        "{}: on {:.0f} % of its area surfaces lie behind one another as seen from the front (hair, ears, the inside of "
+        "the mouth), and one of them was taken: crop the scan to the face, or leave out what is hidden by @visible, of "
+        "files with faces, or @depth",
+        a.face.path.empty() ? "the scan" : a.face.path, 100 * share));
+}
+
 /// Mean d over squares of a fifth of the width; the sides of the face are steep and left out.
 void warn_of_swelling(const CloudView& cloud, Asymmetry& a) {
   if (!a.pose.found()) return;
@@ -480,8 +496,7 @@ Asymmetry run(const CloudView& cloud, const AsymmetryOptions& options, const Con
     a.of_point[view.points.ids[i]] = a.comparison.fields_b.dz_signed[i];
   warn_of_swelling(cloud, a);
   clock.stop();
-  for (const std::string& w : a.comparison.warnings)
-    if (std::find(a.warnings.begin(), a.warnings.end(), w) == a.warnings.end()) a.warnings.push_back(w);
+  take_warnings(a);
   for (const std::string& note : cloud.notes) a.warnings.push_back(note);
   if (!a.converged) a.warnings.push_back("the search for the plane did not converge: " + a.reason);
   return a;

@@ -110,6 +110,7 @@ struct Found {
   Index interface = 0;
   VolumeSums trimmed, folded, single_in_folded;  ///< the folds are the second less the third
   std::vector<CellPiece> pieces;
+  std::vector<std::array<Point2, 3>> scanned_parts;
 
   Found() = default;
   explicit Found(const SumScales& scales) : trimmed(scales), folded(scales), single_in_folded(scales) {}
@@ -118,6 +119,7 @@ struct Found {
     interface += part.interface;
     trimmed.add(part.trimmed), folded.add(part.folded), single_in_folded.add(part.single_in_folded);
     pieces.insert(pieces.end(), part.pieces.begin(), part.pieces.end());
+    scanned_parts.insert(scanned_parts.end(), part.scanned_parts.begin(), part.scanned_parts.end());
   }
 };
 
@@ -166,6 +168,7 @@ class BlockOfCells {
     for (const RimCrossing& c : across)
       if ((sides_[c.side].of & ~of_both(in_single)) != 0) of_scans_.push_back(c);
     Pieces sampled, single;
+    of_one_.clear();
     const bool whole = add_pieces(i, of_scans_, in_footprint, sampled, &found.trimmed);
     const bool whole_single = rules_.finds_folds() ? add_pieces(i, across, in_single, single, nullptr) : whole;
     if (rules_.finds_folds()) {
@@ -175,9 +178,22 @@ class BlockOfCells {
     const bool without_folds = folds_left_out_ && rules_.finds_folds();
     cells_.in_domain[i] = (without_folds ? whole_single : whole) ? 1 : 0;
     const Pieces& measured = without_folds ? single : sampled;
-    if (cells_.in_domain[i] == 0) found.pieces.insert(found.pieces.end(), measured.begin(), measured.end());
+    if (cells_.in_domain[i] != 0) return;
+    found.pieces.insert(found.pieces.end(), measured.begin(), measured.end());
+    note_scanned(i, sampled);
   }
 
+  /// A cell that a border cuts may bridge a bay: its corners do not tell what of it was scanned.
+  void note_scanned(Index i, const Pieces& of_both) {
+    cells_.scanned[i] |= by_parts;
+    found.scanned_parts.insert(found.scanned_parts.end(), of_one_.begin(), of_one_.end());
+    for (const CellPiece& piece : of_both) found.scanned_parts.push_back(corners_of(piece));
+  }
+  static std::array<Point2, 3> corners_of(const CellPiece& p) {
+    return {Point2{p.at[0].x, p.at[0].y}, Point2{p.at[1].x, p.at[1].y}, Point2{p.at[2].x, p.at[2].y}};
+  }
+
+  static constexpr unsigned char by_parts = 4;
   static unsigned of_both(unsigned extent) { return extent | extent << extents; }
 
   /// The parts of the cell in an extent of both scans; whether these are all of it. What lies in both hulls and not in
@@ -186,6 +202,7 @@ class BlockOfCells {
     const RimCell cell = rules_.rim_cell(view_.corners(i), across);
     bool whole = true;
     const auto is_in = [](const RimPiece& p, unsigned of) { return (p.in & of_both(of)) == of_both(of); };
+    const auto is_in_one = [](const RimPiece& p) { return (p.in & of_both(in_footprint)) != 0; };
     for (const RimPiece& piece : cutter_(cell)) {
       whole = whole && is_in(piece, extent);
       for (std::size_t k = 2; k < piece.corners.size(); ++k) {
@@ -195,6 +212,7 @@ class BlockOfCells {
           added.push_back(part);
         else if (trimmed != nullptr && is_in(piece, in_hull))
           add_inside(*trimmed, convex(part));
+        if (extent == in_footprint && !is_in(piece, extent) && is_in_one(piece)) of_one_.push_back(corners_of(part));
       }
     }
     return whole;
@@ -223,6 +241,7 @@ class BlockOfCells {
   std::span<const BorderSide> sides_;
   RimCutter cutter_;
   std::vector<RimCrossing> of_scans_;
+  std::vector<std::array<Point2, 3>> of_one_;  ///< parts of a cell in the footprint of one scan alone
   Domain::Scratch scratch_;
 };
 
@@ -287,6 +306,7 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
       },
       [](Found& total, const Found& part) { total.add(part); });
   cells.pieces = std::move(found.pieces);
+  cells.scanned_parts = std::move(found.scanned_parts);
   c.common = cells.triangulation.real;
   c.interface = found.interface;
   c.trimmed_area = found.trimmed.area.value();

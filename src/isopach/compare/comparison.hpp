@@ -37,7 +37,9 @@ struct Cells {
   Triangulation triangulation;     ///< T
   Array<unsigned char> in_domain;  ///< one flag per real triangle of T
   Array<unsigned char> scanned;    ///< per real triangle: 1 where A is sampled (its footprint, not its hull), + 2 where
-                                   ///< B is; empty: not known
+                                   ///< B is, by its corners; + 4 where a border runs through it and the domain has not
+                                   ///< all of it: scanned_parts tells what of it; empty: not known
+  std::vector<std::array<Point2, 3>> scanned_parts;  ///< of these triangles: where at least one scan is sampled
   std::vector<CellPiece> pieces;   ///< of triangles that the domain holds a part of; their flag is not set
   Array<unsigned char> unclipped;  ///< the flags before polygons and mask cut; empty if nothing did
   Array<double> lod;               ///< level of detection at each node; empty if there is none

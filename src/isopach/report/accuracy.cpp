@@ -8,6 +8,7 @@
 
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/page/alignment_values.hpp"
+#include "isopach/report/page/furniture.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/verdict_values.hpp"
 #include "isopach/report/page/words.hpp"
@@ -110,6 +111,7 @@ class Page : public HtmlPage {
   Page(const Accuracy& a, const std::string& json, const MapOptions& look)
       : HtmlPage(json),
         a_(a),
+        look_(look),
         title_(look.title.empty() ? "Accuracy of " + input_name(a.comparison.b) : clean_utf8(look.title)),
         unit_(unit_text(a.unit)),
         height_(unit_text(height_unit(a.comparison))) {}
@@ -136,12 +138,16 @@ class Page : public HtmlPage {
   }
 
   void head() {
-    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">It lies " + brief_sign("normal.bias") +
-            "\u00a0" + height_ + " from the reference on average, RMS " + brief("normal.rms") + "\u00a0" + height_ +
+    out_ += "<header>\n";
+    sign("", look_.logo.png);
+    out_ += "<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">It lies " + brief_sign("normal.bias") + "\u00a0" +
+            height_ + " from the reference on average, RMS " + brief("normal.rms") + "\u00a0" + height_ +
             "; 95\u00a0% of the area agree to within " + brief("normal.abs_percentiles.95") + "\u00a0" + height_ +
             ", and " + percent("completeness.share") + "\u00a0% of the reference is there.</p>\n<p class=\"soft\">" +
             escaped(input_name(a_.comparison.b)) + " against the reference " + escaped(input_name(a_.comparison.a)) +
-            ": d = reconstruction − reference. Lengths: " + unit_sentence(a_.unit) + ".</p>\n</header>\n";
+            ": d = reconstruction − reference. Lengths: " + unit_sentence(a_.unit) + ".</p>\n";
+    sign(signature(a_.comparison, look_, " · "), "");
+    out_ += "</header>\n";
     out_ += "<div class=\"cards\">\n";
     card(brief_sign("normal.bias"), height_, "bias: mean deviation along the normal");
     card(brief("normal.rms"), height_, "RMS along the normal");
@@ -227,6 +233,7 @@ class Page : public HtmlPage {
   }
 
   const Accuracy& a_;
+  const MapOptions& look_;
   std::string title_, unit_, height_;
 };
 
@@ -352,7 +359,7 @@ void write_accuracy_map(const std::string& path, const Accuracy& a, const MapOpt
                            "   ·   95\u00a0% within " + number(d.abs_percentiles[2], fine) + unit;
   options.words.where = fixed_number(100 * a.completeness.share, 1, fine) + " % of the area of the reference";
   options.words.above = "above the reference", options.words.below = "below the reference";
-  options.words.zero = "agrees", options.words.left_out = "scanned, but not compared (one scan has no points here)";
+  options.words.zero = "agrees";
   options.words.note = "d = reconstruction − reference";
   write_map(path, c, options, context);
 }

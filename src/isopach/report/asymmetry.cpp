@@ -10,6 +10,7 @@
 #include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
 #include "isopach/report/draw/palette.hpp"
+#include "isopach/report/page/furniture.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/values.hpp"
 #include "isopach/report/page/words.hpp"
@@ -203,17 +204,23 @@ std::string direction_words(const Asymmetry& a, Typography t) {
          difference_number(a, std::fabs(d), t) + (t == fine ? "\u00a0" : " ") + unit_text(a.unit) + " on average";
 }
 
+/// "patient's left", "right of the picture".
+std::string of_page(const std::string& side, const Asymmetry& a) {
+  return side_of_patient(a) == 0 ? named(side, a) : "patient's " + side;
+}
+
 class Page : public HtmlPage {
  public:
   Page(const Asymmetry& a, const std::string& json, const MapOptions& look)
       : HtmlPage(json),
         a_(a),
+        look_(look),
         title_(look.title.empty() ? "Asymmetry of " + input_name(a.face) : clean_utf8(look.title)),
         unit_(unit_text(a.unit)),
         area_(unit_text(a.unit, 2)),
         volume_(unit_text(a.unit, 3)),
-        plus_(named(positive_side(a), a)),
-        minus_(named(negative_side(a), a)) {}
+        plus_(of_page(positive_side(a), a)),
+        minus_(of_page(negative_side(a), a)) {}
 
   std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look,
                     const Context& context) {
@@ -229,19 +236,31 @@ class Page : public HtmlPage {
     regions();
     plane();
     numbers();
-    finish_page();
+    finish_page(of_no_use());
     return out_;
   }
 
+  /// Options that say nothing to who has a face before them: those that were not given, and axes where it was found.
+  [[nodiscard]] std::vector<std::string> of_no_use() const {
+    std::vector<std::string> names;
+    for (const auto& [name, setting] : at("parameters").items())
+      if (setting.is_null() || (name == "direction_rule" && a_.pose.found())) names.push_back(name);
+    return names;
+  }
+
   void head(const std::string& map_png) {
-    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
+    out_ += "<header>\n";
+    sign("", look_.logo.png);
+    out_ += "<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">The two sides differ by " +
             datum("measure.rho_debiased", difference_number(a_, value("measure.rho_debiased"), fine)) + "\u00a0" +
             unit_ + " on average, " + datum("index.percent", index_number(a_, fine)) +
             "\u00a0% of the size of the face; " + direction_words(a_, fine) +
             ".</p>\n<p class=\"soft\">The face is compared with its own mirror image about the symmetry plane found. d "
             "is the "
             "height of a side above the other side, mirrored: positive where it stands out further. Lengths: " +
-            unit_sentence(a_.unit) + ". " + escaped(pose_words(a_, fine)) + "</p>\n</header>\n<div class=\"cards\">\n";
+            unit_sentence(a_.unit) + ". " + escaped(pose_words(a_, fine)) + "</p>\n";
+    sign(signature(a_.comparison, look_, " · "), "");
+    out_ += "</header>\n<div class=\"cards\">\n";
     card(datum("index.percent", index_number(a_, fine)), "%", "asymmetry index, noise floor taken off");
     card(brief("index.floor", 3), "%", "noise floor: what a symmetric face would show");
     card(brief_sign("regions.0.directional", 3), unit_, plus_ + " less " + minus_ + " (directional)");
@@ -284,11 +303,13 @@ class Page : public HtmlPage {
 
   void plane() {
     open_table("The symmetry plane", "<th>name</th><th></th><th>unit</th><th>what it says</th>", " class=\"told\"");
+    const bool has_patient = side_of_patient(a_) != 0;  // who has no use for axes of the file
     for (const auto& [k, name] :
          {std::pair{"0", "normal, x"}, std::pair{"1", "normal, y"}, std::pair{"2", "normal, z"}})
-      row(name, brief_sign(std::string("plane.normal.") + k, 6), "",
-          *k == '0' ? "unit vector to the " + plus_ + ", input coordinates" : std::string());
-    row("offset", brief_sign("plane.offset", 7), unit_, "normal · p for every point p of the plane");
+      if (!has_patient)
+        row(name, brief_sign(std::string("plane.normal.") + k, 6), "",
+            *k == '0' ? "unit vector to the " + plus_ + ", input coordinates" : std::string());
+    if (!has_patient) row("offset", brief_sign("plane.offset", 7), unit_, "normal · p for every point p of the plane");
     row("its direction", brief("plane.sigma_angle_deg", 2), "°", "one standard deviation");
     row("its place", brief("plane.sigma_offset", 2), unit_, "likewise, at the middle of the face");
     row("twist", brief("plane.twist_deg", 2), "°",
@@ -320,6 +341,7 @@ class Page : public HtmlPage {
   }
 
   const Asymmetry& a_;
+  const MapOptions& look_;
   std::string title_, unit_, area_, volume_, plus_, minus_;
 };
 
@@ -419,7 +441,8 @@ void write_asymmetry_map(const std::string& path, const Asymmetry& a, const MapO
   if (const int side = side_of_patient(a); side != 0)
     for (const double x : {box.min.x, box.max.x}) {
       const double y = box.max.y;
-      options.lines.push_back({{{x, y}, {x, y}}, (x > -origin.x) == (side > 0) ? "L" : "R"});
+      options.lines.push_back(
+          {{{x, y}, {x, y}}, (x > -origin.x) == (side > 0) ? "L: patient's left" : "R: patient's right"});
     }
   write_map(path, a.comparison, options, context);
 }

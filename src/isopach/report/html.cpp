@@ -12,6 +12,7 @@
 #include "isopach/report/draw/map.hpp"
 #include "isopach/report/draw/palette.hpp"
 #include "isopach/report/page/detail_told.hpp"
+#include "isopach/report/page/furniture.hpp"
 #include "isopach/report/page/matched.hpp"
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/page.hpp"
@@ -85,7 +86,9 @@ class Page : public HtmlPage {
 
   void head() {
     const std::string names = escaped(input_name(c_.a)) + " <span>→</span> " + escaped(input_name(c_.b));
-    out_ += "<header>\n<h1>" + (look_.title.empty() ? names : escaped(look_.title)) + "</h1>\n";
+    out_ += "<header>\n";
+    sign("", look_.logo.png);
+    out_ += "<h1>" + (look_.title.empty() ? names : escaped(look_.title)) + "</h1>\n";
     out_ += "<p class=\"lead\">" + headline(c_, quantities()) + "</p>\n";
     if (matched_ != nullptr) {
       out_ += "<p class=\"lead\">" + escaped(moved_sentence(*matched_, "B", fine)) + ".</p>\n";
@@ -98,7 +101,9 @@ class Page : public HtmlPage {
     out_ += "<p class=\"soft\">A is the reference (before), B is compared with it (after): " + std::string(sign_rule) +
             (c_.unit == "unknown" ? ". Lengths: " : ". Lengths in ") + unit_sentence(c_.unit) +
             (height_unit(c_) == c_.unit ? "" : ", heights in " + unit_sentence(height_unit(c_))) +
-            "; statistics are by area.</p>\n</header>\n<div class=\"cards\">\n";
+            "; statistics are by area.</p>\n";
+    sign(signature(c_, look_, " · "), "");
+    out_ += "</header>\n<div class=\"cards\">\n";
     card(with_sign("volume.net"), unit(3), "net = gained − lost");
     card(plain("volume.above"), unit(3), "gained (B above A)");
     card(plain("volume.below"), unit(3), "lost (B below A)");
@@ -347,7 +352,8 @@ class Page : public HtmlPage {
     const Json& areas = at("difference.histogram.areas");
     if (areas.empty()) return;
     constexpr double width = 1000, height = 250, left = 70, right = 18, top = 12, bottom = 44;
-    const double low = edges.front().get<double>(), high = edges.back().get<double>(), limit = colour_limit(c_);
+    const double limit = colour_limit(c_, look_), low = look_.range > 0 ? -limit : edges.front().get<double>(),
+                 high = look_.range > 0 ? limit : edges.back().get<double>();
     double most = 0;
     for (const Json& a : areas) most = std::max(most, a.get<double>());
     if (!(high > low) || !(most > 0)) return;
@@ -365,8 +371,9 @@ class Page : public HtmlPage {
                           y(share * most) + 4.5, number(share * most, fine, 2));
     }
     for (std::size_t i = 0; i < areas.size(); ++i) {
-      const double a = edges[i].get<double>(), b = edges[i + 1].get<double>(), area = areas[i].get<double>();
-      const double middle = (a + b) / 2;
+      const double a = std::max(low, edges[i].get<double>()), b = std::min(high, edges[i + 1].get<double>());
+      if (!(a < b)) continue;
+      const double area = areas[i].get<double>(), middle = (a + b) / 2;
       const bool is_noise = std::fabs(middle) <= c_.uncertainty.lod.value_or(-1);
       const Rgb colour = is_noise ? noise_colour : palette(middle / limit);
       const auto byte = [](double v) { return static_cast<int>(std::lround(255 * v)); };
@@ -388,10 +395,25 @@ class Page : public HtmlPage {
     out_ +=
         fmt::format("<text x=\"{:.1f}\" y=\"{}\" text-anchor=\"middle\" fill=\"currentColor\">d ({})</text>\n</svg>\n",
                     (left + width - right) / 2, height - 6, unit(1));
-    out_ += "<figcaption>Area (" + unit(2) +
-            ", square-root scale) over the difference d. The outermost bars hold all that lies "
-            "beyond." +
+    out_ += "<figcaption>Area (" + unit(2) + ", square-root scale) over the difference d. " + beyond_words(low, high) +
             (c_.uncertainty.lod ? " Grey: within the level of detection." : "") + "</figcaption></figure>\n";
+  }
+
+  /// What lies beyond the ends of the histogram.
+  [[nodiscard]] std::string beyond_words(double low, double high) const {
+    const Json& edges = at("difference.histogram.edges");
+    const Json& areas = at("difference.histogram.areas");
+    const double first = edges.front().get<double>(), last = edges.back().get<double>();
+    if (look_.range <= 0 || (low <= first && high >= last)) return "The outermost bars hold all that lies beyond.";
+    double all = 0, below = 0, above = 0;
+    for (std::size_t i = 0; i < areas.size(); ++i) {
+      const double a = edges[i].get<double>(), b = edges[i + 1].get<double>(), area = areas[i].get<double>();
+      all += area;
+      below += area * std::clamp((low - a) / (b - a), 0.0, 1.0);
+      above += area * std::clamp((b - high) / (b - a), 0.0, 1.0);
+    }
+    const auto share = [&](double area) { return number(100 * area / all, fine, 2) + "\u00a0%"; };
+    return "About " + share(below) + " of the area lies below it, " + share(above) + " above.";
   }
 
   void inputs() {

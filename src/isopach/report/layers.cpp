@@ -106,7 +106,7 @@ RasterLayers difference_layers(const Comparison& c, double step, const Context& 
 std::string raster_style(const Comparison& c, const MapOptions& look) {
   constexpr int steps = 8;  // each way
   const Palette palette(look.palette, look.flip != paints_excess_red(c.unit));
-  const double limit = colour_limit(c);
+  const double limit = colour_limit(c, look);
   std::string items;
   for (int k = -steps; k <= steps; ++k) {
     const double t = static_cast<double>(k) / steps;

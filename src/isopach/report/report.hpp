@@ -1,7 +1,9 @@
 // Reports: JSON, map, PLY, HTML from a Comparison. Computes nothing that is not in it already.
 #pragma once
+#include <memory>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "isopach/base/context.hpp"
@@ -10,6 +12,7 @@
 
 namespace isopach {
 
+struct Image;
 struct Matching;
 
 /// result.json (schema isopach.compare/1): keys in the order of docs/schema/compare-1.json, no NaN, shortest round-trip
@@ -40,6 +43,17 @@ struct MapLine {
   std::string label;
 };
 
+/// A PNG that somebody gives, decoded and on white, and as PNG again: nothing of the file itself gets into a page.
+struct Logo {
+  std::shared_ptr<const Image> image;  ///< null: none
+  std::string png;
+};
+/// InputError naming `path` for bytes that are no PNG, damaged, more than largest_logo, or wider or higher than
+/// widest_logo.
+[[nodiscard]] Logo logo_of(std::string_view bytes, const std::string& path);
+inline constexpr std::size_t largest_logo = 1'000'000;  ///< bytes
+inline constexpr int widest_logo = 2000;                ///< pixels
+
 struct MapOptions {
   std::string title;                 ///< default: names of A and B
   std::string palette = "blue-red";  ///< see palettes(); diverging, centred on 0
@@ -50,13 +64,18 @@ struct MapOptions {
   std::optional<std::size_t> vertices = {};
   MapWords words;
   std::vector<MapLine> lines;
+  double range = 0;                 ///< > 0: colours from −range to +range; 0: as colour_limit says
+  std::optional<Box2> extent = {};  ///< what the map shows, x and y of the input; default: what was compared
+  std::string author, date;         ///< on map and page; date: of the run, YYYY-MM-DD
+  Logo logo;                        ///< on map and page
 };
 
 /// Names of the palettes, the default first.
 [[nodiscard]] std::vector<std::string> palettes();
 
-/// difference.png: hillshade of surface A under the diverging colours of d, scale bar, colour bar with the histogram
-/// along it, units, title. No display needed.
+/// difference.png, or difference.svg where the path ends so (text is text; the surface a picture within): hillshade of
+/// surface A under the diverging colours of d, scale bar, colour bar with the histogram along it, units, title. No
+/// display needed.
 void write_map(const std::string& path, const Comparison& c, const MapOptions& options, const Context& context);
 
 /// difference.ply: the cells in the domain, input coordinates, z of surface B, `dz` per vertex (binary, doubles), and

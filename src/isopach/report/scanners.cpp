@@ -6,6 +6,7 @@
 
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/page/alignment_values.hpp"
+#include "isopach/report/page/furniture.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/verdict_values.hpp"
 #include "isopach/report/page/words.hpp"
@@ -67,6 +68,7 @@ class Page : public HtmlPage {
   Page(const Scanners& s, const std::string& json, const MapOptions& look)
       : HtmlPage(json),
         s_(s),
+        look_(look),
         title_(look.title.empty() ? "Scanners of " + input_name(s.reference) : clean_utf8(look.title)),
         unit_(unit_text(s.unit)) {}
 
@@ -80,12 +82,15 @@ class Page : public HtmlPage {
  private:
   std::string write(const std::string& map_png) {
     open_page(title_);
-    out_ += "<header>\n<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">" + escaped(words_of(s_)) +
-            "; A has a noise of " + brief("scanners.0.noise") + "\u00a0" + unit_ + ", B of " +
-            brief("scanners.1.noise") + "\u00a0" + unit_ +
+    out_ += "<header>\n";
+    sign("", look_.logo.png);
+    out_ += "<h1>" + escaped(title_) + "</h1>\n<p class=\"lead\">" + escaped(words_of(s_)) + "; A has a noise of " +
+            brief("scanners.0.noise") + "\u00a0" + unit_ + ", B of " + brief("scanners.1.noise") + "\u00a0" + unit_ +
             ".</p>\n<p class=\"soft\">A: " + escaped(input_name(s_.scan[0].input)) +
             ", B: " + escaped(input_name(s_.scan[1].input)) + ", both against " + escaped(input_name(s_.reference)) +
-            ". Lengths: " + unit_sentence(s_.unit) + ".</p>\n</header>\n<div class=\"cards\">\n";
+            ". Lengths: " + unit_sentence(s_.unit) + ".</p>\n";
+    sign(signature(s_.comparison, look_, " · "), "");
+    out_ += "</header>\n<div class=\"cards\">\n";
     card(brief("between.rho"), unit_, "ρ: mean |B − A|");
     card(brief("between.rho_dv"), unit_, "ρ<sub>dV</sub>: at the detail both hold");
     card(datum("between.bias", signed_number(value("between.bias"), fine, 3)), unit_, "bias of B against A");
@@ -147,6 +152,7 @@ class Page : public HtmlPage {
   }
 
   const Scanners& s_;
+  const MapOptions& look_;
   std::string title_, unit_;
 };
 

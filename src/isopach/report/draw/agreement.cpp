@@ -61,22 +61,6 @@ std::array<double, kinds> shares(const Array<PointVerdict>& labels) {
   return result;
 }
 
-/// A sentence in lines that fit.
-std::vector<std::string> wrapped(Canvas& canvas, const std::string& text, const Canvas::Font& font, double room) {
-  std::vector<std::string> lines{""};
-  for (std::size_t begin = 0; begin < text.size();) {
-    const std::size_t end = std::min(text.find(' ', begin), text.size());
-    const std::string word = text.substr(begin, end - begin);
-    const std::string longer = lines.back().empty() ? word : lines.back() + " " + word;
-    if (!lines.back().empty() && canvas.text_width(longer, font) > room)
-      lines.push_back(word);
-    else
-      lines.back() = longer;
-    begin = end + 1;
-  }
-  return lines;
-}
-
 void draw_key(Canvas& canvas, const Array<PointVerdict>& labels, double x, double y, double s) {
   const Canvas::Font soft{16 * s, false, ink};
   const std::array<double, kinds> part = shares(labels);
@@ -113,7 +97,7 @@ Image render_agreement(const CloudView& moving, const Matching& m, const Frame& 
   const Canvas::Font title{31 * s, true, ink}, strong{21.5 * s, false, ink}, soft{16 * s, false, faint};
   Canvas ruler(8, 8, paper);
   const std::vector<std::string> lines =
-      m.verdict ? wrapped(ruler, message_text(sentence(*m.verdict, unit_text(m.unit))), strong, width - 2 * margin)
+      m.verdict ? ruler.wrapped(message_text(sentence(*m.verdict, unit_text(m.unit))), strong, width - 2 * margin)
                 : std::vector<std::string>{};
   const double top = (80 + 30 * static_cast<double>(lines.size())) * s;
   Canvas canvas(width, static_cast<int>(std::lround(top + panel.rows + 136 * s)), paper);

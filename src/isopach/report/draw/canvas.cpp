@@ -3,50 +3,26 @@
 #include <cstring>
 #include <new>
 
-#include <cairo.h>
 #include <png.h>
 
 #include "isopach/base/error.hpp"
 #include "isopach/io/output_file.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/report/draw/cairo_canvas.hpp"
 #include "isopach/report/page/words.hpp"
 
 namespace isopach {
 
-struct Canvas::Cairo {
-  cairo_surface_t* surface;
-  cairo_t* context;
-  Cairo(int width, int height)
-      : surface(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height)), context(cairo_create(surface)) {}
-  ~Cairo() {
-    cairo_destroy(context);
-    cairo_surface_destroy(surface);
-  }
-  Cairo(const Cairo&) = delete;
-  Cairo& operator=(const Cairo&) = delete;
-
-  void colour(const Rgb& c) const { cairo_set_source_rgb(context, c.r, c.g, c.b); }
-  void font(const Font& f) const {
-    cairo_select_font_face(context, "DejaVu Sans", CAIRO_FONT_SLANT_NORMAL,
-                           f.bold ? CAIRO_FONT_WEIGHT_BOLD : CAIRO_FONT_WEIGHT_NORMAL);
-    cairo_set_font_size(context, f.size);
-    colour(f.colour);
-  }
-};
-
-namespace {
-
-void check(cairo_status_t status) {
+void check_cairo(cairo_status_t status, const char* what) {
   if (status == CAIRO_STATUS_NO_MEMORY) throw std::bad_alloc();
   if (status != CAIRO_STATUS_SUCCESS)
-    throw Error(ExitCode::internal, std::string("map: cairo: ") + cairo_status_to_string(status) +
+    throw Error(ExitCode::internal, std::string(what) + ": cairo: " + cairo_status_to_string(status) +
                                         ": a library or font is broken, or memory is short");
 }
 
-}  // namespace
-
-Canvas::Canvas(int width, int height, const Rgb& background) : cairo_(std::make_shared<Cairo>(width, height)) {
-  check(cairo_status(cairo_->context));
+Canvas::Canvas(int width, int height, const Rgb& background)
+    : cairo_(std::make_shared<Cairo>(cairo_image_surface_create(CAIRO_FORMAT_RGB24, width, height))) {
+  check_cairo(cairo_status(cairo_->context), "map");
   cairo_->colour(background);
   cairo_paint(cairo_->context);
 }
@@ -56,19 +32,6 @@ double Canvas::text_width(const std::string& text, const Font& font) {
   cairo_text_extents_t extents;
   cairo_text_extents(cairo_->context, clean_utf8(text).c_str(), &extents);
   return extents.x_advance;
-}
-
-std::string Canvas::fitted(const std::string& text, const Font& font, double width) {
-  if (text_width(text, font) <= width) return text;
-  const auto boundary = [&](std::size_t i) {  // never inside a UTF-8 sequence
-    while (i < text.size() && (static_cast<unsigned char>(text[i]) & 0xC0u) == 0x80u) ++i;
-    return i;
-  };
-  for (std::size_t keep = text.size() - 1; keep > 1; --keep) {
-    const std::string cut = text.substr(0, boundary(keep / 2)) + "…" + text.substr(boundary(text.size() - keep / 2));
-    if (text_width(cut, font) <= width) return cut;
-  }
-  return "…";
 }
 
 void Canvas::text(double x, double y, const std::string& text, const Font& font, TextAlign align) {
@@ -98,6 +61,25 @@ void Canvas::line(double x0, double y0, double x1, double y1, double width, cons
   cairo_stroke(cairo_->context);
 }
 
+void Canvas::path(std::span<const Point2> corners, double width, const Rgb& colour) {
+  if (corners.size() < 2) return;
+  cairo_->colour(colour);
+  cairo_set_line_width(cairo_->context, width);
+  cairo_set_line_join(cairo_->context, CAIRO_LINE_JOIN_ROUND);
+  cairo_move_to(cairo_->context, corners[0].x, corners[0].y);
+  for (const Point2& p : corners.subspan(1)) cairo_line_to(cairo_->context, p.x, p.y);
+  cairo_stroke(cairo_->context);
+  cairo_set_line_join(cairo_->context, CAIRO_LINE_JOIN_MITER);
+}
+
+void Canvas::clip(double x, double y, double width, double height) {
+  cairo_save(cairo_->context);
+  cairo_rectangle(cairo_->context, x, y, width, height);
+  cairo_clip(cairo_->context);
+}
+
+void Canvas::unclip() { cairo_restore(cairo_->context); }
+
 void Canvas::box(double x, double y, double width, double height, const Rgb& fill) {
   cairo_->colour(fill);
   cairo_rectangle(cairo_->context, x, y, width, height);
@@ -119,9 +101,9 @@ void Canvas::triangle(const std::array<Point2, 3>& corners, const Rgb& fill) {
   cairo_fill(cairo_->context);
 }
 
-void Canvas::picture(int x, int y, const Image& image) {
+void Canvas::picture(double x, double y, const Image& image, double scale) {
   cairo_surface_t* source = cairo_image_surface_create(CAIRO_FORMAT_RGB24, image.width, image.height);
-  check(cairo_surface_status(source));
+  check_cairo(cairo_surface_status(source), "map");
   cairo_surface_flush(source);
   unsigned char* data = cairo_image_surface_get_data(source);
   const int stride = cairo_image_surface_get_stride(source);
@@ -134,13 +116,18 @@ void Canvas::picture(int x, int y, const Image& image) {
       std::memcpy(data + static_cast<std::ptrdiff_t>(row) * stride + 4 * column, &pixel, 4);
     }
   cairo_surface_mark_dirty(source);
-  cairo_set_source_surface(cairo_->context, source, x, y);
+  cairo_save(cairo_->context);
+  cairo_translate(cairo_->context, x, y);
+  if (scale != 1) cairo_scale(cairo_->context, scale, scale);
+  cairo_set_source_surface(cairo_->context, source, 0, 0);
   cairo_paint(cairo_->context);
+  cairo_restore(cairo_->context);
   cairo_surface_destroy(source);
 }
 
 Image Canvas::image() const {
-  check(cairo_status(cairo_->context));  // after its first failure a context draws nothing more, and says so only here
+  check_cairo(cairo_status(cairo_->context),
+              "map");  // after its first failure a context draws nothing more, and says so only here
   cairo_surface_flush(cairo_->surface);
   Image out;
   out.width = cairo_image_surface_get_width(cairo_->surface);
@@ -171,6 +158,20 @@ void write_png(const std::string& path, const Image& image) {
     if (png_image_write_to_file(&png, temporary.c_str(), 0, image.rgb.data(), 0, nullptr) == 0)
       fail_to_write(path, png.message);
   });
+}
+
+std::string png_of(const Image& image) {
+  png_image png{};
+  png.version = PNG_IMAGE_VERSION;
+  png.width = static_cast<png_uint_32>(image.width);
+  png.height = static_cast<png_uint_32>(image.height);
+  png.format = PNG_FORMAT_RGB;
+  png_alloc_size_t size = PNG_IMAGE_PNG_SIZE_MAX(png);
+  std::string bytes(size, '\0');
+  if (png_image_write_to_memory(&png, bytes.data(), &size, 0, image.rgb.data(), 0, nullptr) == 0)
+    throw Error(ExitCode::internal, std::string("picture: libpng: ") + png.message);
+  bytes.resize(size);
+  return bytes;
 }
 
 }  // namespace isopach

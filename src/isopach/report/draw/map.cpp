@@ -1,15 +1,21 @@
-// difference.png. Layout: title and numbers on top; the map with coordinates on its frame; the colour bar with the
-// histogram beside it (under it, for wide maps); scale bar and notes at the foot. All lengths in 1/1600 of the width.
+// difference.png, difference.svg, the map of report.pdf. Layout: title and numbers on top; the map with coordinates on
+// its frame; the colour bar with the histogram beside it (under it, for wide maps); scale bar and notes at the foot.
+// All lengths in 1/1600 of the width.
 #include "isopach/report/draw/map.hpp"
 
 #include <algorithm>
 #include <cmath>
 
+#include <fmt/format.h>
+
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/report/draw/hillshade.hpp"
 #include "isopach/report/draw/palette.hpp"
 #include "isopach/report/draw/raster.hpp"
+#include "isopach/report/draw/svg.hpp"
+#include "isopach/report/page/furniture.hpp"
 #include "isopach/report/page/uncertainty.hpp"
 #include "isopach/report/page/words.hpp"
 
@@ -85,6 +91,39 @@ Box2 shown_box(const Cells& cells) {
   grow(box.min.x, box.max.x, std::max(width, size / longest_aspect) + 0.02 * size);
   grow(box.min.y, box.max.y, std::max(height, size / longest_aspect) + 0.02 * size);
   return box;
+}
+
+bool meet(const Box2& a, const Box2& b) {
+  return !a.empty() && !b.empty() && a.min.x <= b.max.x && b.min.x <= a.max.x && a.min.y <= b.max.y &&
+         b.min.y <= a.max.y;
+}
+
+/// The extent that was asked for, in the frame. Errors: as render_map.
+Box2 asked_box(const Comparison& c, const Box2& extent) {
+  const auto text = [](const Box2& b) { return fmt::format("{},{},{},{}", b.min.x, b.min.y, b.max.x, b.max.y); };
+  constexpr std::array<double, 9> upright{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (c.frame.rotation != upright)
+    throw UsageError("@extent: it is in x and y, so it goes with @direction z alone; leave the one or the other out");
+  const Point3& o = c.frame.origin;
+  const Box2 box{{extent.min.x - o.x, extent.min.y - o.y}, {extent.max.x - o.x, extent.max.y - o.y}};
+  const double width = box.max.x - box.min.x, height = box.max.y - box.min.y;
+  if (!(width > 0 && height > 0) || std::max(width, height) > longest_aspect * std::min(width, height))
+    throw UsageError(
+        fmt::format("@extent {}: a map of {:.6g} by {:.6g} would be a line; take sides that differ by at "
+                    "most {} times",
+                    text(extent), width, height, longest_aspect));
+  const Box2 all = node_box(c.cells, false);
+  if (meet(all, box)) return box;
+  const Box2 there{{all.min.x + o.x, all.min.y + o.y}, {all.max.x + o.x, all.max.y + o.y}};
+  throw UsageError(
+      fmt::format("@extent {}: the scans do not reach into it: they lie in {}; give x and y as in the "
+                  "files, or leave it out",
+                  text(extent), all.empty() ? "no place" : text(there)));
+}
+
+Box2 box_of(const Comparison& c, const MapOptions& options, const MapScale& scale) {
+  if (options.extent) return asked_box(c, *options.extent);
+  return scale.box ? *scale.box : shown_box(c.cells);
 }
 
 /// How one axis of the map reads in input coordinates.
@@ -174,20 +213,26 @@ struct BarPlace {
   }
 };
 
-class Map {
+}  // namespace
+
+class MapDrawing::Map {
  public:
   Map(const Comparison& c, const MapOptions& options, const MapScale& scale)
       : c_(c),
         options_(options),
-        is_paired_(scale.colour_limit > 0),
-        s_(options.width / 1600.0),
-        limit_(is_paired_ ? scale.colour_limit : colour_limit(c)),
+        is_paired_(scale.colour_limit > 0 && !(options.range > 0)),
+        bare_(scale.bare),
+        s_(scale.words * options.width / 1600.0),
+        limit_(is_paired_ ? scale.colour_limit : colour_limit(c, options)),
         palette_(options.palette, options.flip != paints_excess_red(c.unit)),
-        box_(scale.box ? *scale.box : shown_box(c.cells)) {
+        box_(box_of(c, options, scale)),
+        signature_(signature(c, options, "   ·   ")) {
     place();
   }
 
-  [[nodiscard]] Image draw() {
+  [[nodiscard]] int height() const { return height_; }
+
+  void draw(Pen& canvas) {
     MapView view{box_.min.x, box_.max.y, scale_ * samples, columns_ * samples, rows_ * samples};
     const CellRaster raster = rasterise(c_.cells, view);
     const Hillshade shade = hillshade(raster);
@@ -196,15 +241,15 @@ class Map {
     exaggeration_ = shade.exaggeration;
 
     const auto stripe = static_cast<std::size_t>(std::max(1L, std::lround(1.8 * s_ * samples)));
-    Canvas canvas(options_.width, height_, paper);
     canvas.picture(panel_x_, panel_y_, shade_and_colour(raster, shade, palette_, limit_, stripe));
     canvas.frame(panel_x_ - 0.5 * s_, panel_y_ - 0.5 * s_, columns_ + s_, rows_ + s_, 1.5 * s_, rule);
+    canvas.clip(panel_x_, panel_y_, columns_, rows_);
     draw_lines(canvas);
-    draw_header(canvas);
+    canvas.unclip();
+    if (!bare_) draw_header(canvas);
     draw_axes(canvas);
     draw_bar(canvas);
     draw_foot(canvas);
-    return canvas.image();
   }
 
  private:
@@ -217,7 +262,7 @@ class Map {
     columns_ = std::max(1, static_cast<int>(std::lround(width * scale_)));
     rows_ = std::max(1, static_cast<int>(std::lround(height * scale_)));
     panel_x_ = static_cast<int>(std::lround(left + (room - columns_) / 2));
-    panel_y_ = static_cast<int>(std::lround((direction_is_z() ? 158 : 190) * s_));
+    panel_y_ = static_cast<int>(std::lround((bare_ ? 24 : direction_is_z() ? 158 : 190) * s_));
     const double content = upright_ ? std::max<double>(rows_, 460 * s_) : rows_;
     panel_y_ += static_cast<int>(std::lround((content - rows_) / 2));
     const double below = panel_y_ + rows_ / 2.0 + content / 2;
@@ -228,16 +273,22 @@ class Map {
       bar_ = {options_.width / 2.0 - 340 * s_, below + 156 * s_, 680 * s_, 26 * s_, false};
     }
     foot_y_ = below + (upright_ ? 96 : 262) * s_;
-    height_ = static_cast<int>(std::lround(foot_y_ + 74 * s_));
+    key_y_ = foot_y_ + (bare_ ? 32 * s_ : 0);
+    Canvas ruler(8, 8, paper);
+    note_lines_ = std::min<std::size_t>(3, note_in_lines(ruler).size());
+    signature_y_ = key_y_ + (38 + 24 * static_cast<double>(note_lines_)) * s_;
+    const bool is_signed = !signature_.empty() && !bare_;
+    height_ = static_cast<int>(
+        std::lround(key_y_ + (50 + 24 * static_cast<double>(note_lines_)) * s_ + (is_signed ? 26 * s_ : 0)));
   }
 
-  /// Under the hull rule a scan counts as far as its hull goes, points or not.
+  /// What is hatched. Under the hull rule a scan counts as far as its hull goes, points or not.
   [[nodiscard]] std::string left_out_words() const {
-    const bool hull = c_.options.border == BorderRule::hull;
-    return std::string(hull ? "in the hull of a scan" : "scanned") + ", but not compared (" +
-           (c_.cells.unclipped.empty() ? hull ? "outside that of the other)" : "one scan has no points here)"
-            : hull                     ? "outside that of the other, or cut off)"
-                                       : "one scan only, or cut off)");
+    std::string words = c_.options.border == BorderRule::hull ? "in the hull of one scan only, points or not"
+                                                              : "points of one scan only, up to their border";
+    if (c_.folds.area > 0 && c_.options.folds == FoldRule::leave_out) words += ", or folded";
+    if (!c_.cells.unclipped.empty()) words += ", or cut off";
+    return words + ": not compared";
   }
   [[nodiscard]] bool direction_is_z() const {
     return c_.frame.rotation[6] == 0 && c_.frame.rotation[7] == 0 && c_.frame.rotation[8] == 1;
@@ -246,9 +297,9 @@ class Map {
     return text + "\u00a0" + measured_unit(c_, power);
   }
 
-  void draw_header(Canvas& canvas) const {
-    const double x = 44 * s_, room = options_.width - 88 * s_;
-    const Canvas::Font title{31 * s_, true, ink}, strong{21.5 * s_, false, ink}, soft{19 * s_, false, faint};
+  void draw_header(Pen& canvas) const {
+    const double x = 44 * s_, room = options_.width - 88 * s_ - draw_logo(canvas);
+    const Pen::Font title{31 * s_, true, ink}, strong{21.5 * s_, false, ink}, soft{19 * s_, false, faint};
     const std::string name = options_.title.empty() ? input_name(c_.a) + " → " + input_name(c_.b) : options_.title;
     canvas.text(x, 56 * s_, canvas.fitted(name, title, room), title);
     const Volume& v = c_.measures.volume;
@@ -271,18 +322,28 @@ class Map {
                 soft);
   }
 
-  void draw_lines(Canvas& canvas) const {
-    const Canvas::Font font{17 * s_, true, ink};
+  /// In the upper right corner; the width that it takes.
+  double draw_logo(Pen& canvas) const {
+    if (options_.logo.image == nullptr) return 0;
+    const Image& logo = *options_.logo.image;
+    const double scale = std::min(240 * s_ / logo.width, 84 * s_ / logo.height), width = logo.width * scale;
+    canvas.picture(options_.width - 44 * s_ - width, 30 * s_, logo, scale);
+    return width + 30 * s_;
+  }
+
+  void draw_lines(Pen& canvas) const {
+    const Pen::Font font{17 * s_, true, ink};
     const auto pixel = [&](const Point2& p) {
       return Point2{panel_x_ + (p.x - box_.min.x) * scale_, panel_y_ + (box_.max.y - p.y) * scale_};
     };
     for (const MapLine& line : options_.lines) {
-      for (std::size_t i = 1; i < line.xy.size(); ++i) {
-        const Point2 p = pixel(line.xy[i - 1]), q = pixel(line.xy[i]);
-        canvas.line(p.x, p.y, q.x, q.y, 2 * s_, ink);
-      }
-      if (line.xy.empty()) continue;
-      const Point2 p = pixel(line.xy.front());
+      std::vector<Point2> corners;
+      for (const Point2& p : line.xy) corners.push_back(pixel(p));
+      canvas.path(corners, 2 * s_, ink);
+      if (corners.empty()) continue;
+      const Point2 p = corners.front();
+      const Box2 panel{{panel_x_ - 1.0, panel_y_ - 1.0}, {panel_x_ + columns_ + 1.0, panel_y_ + rows_ + 1.0}};
+      if (options_.extent && !meet(panel, {p, p})) continue;
       const double half = canvas.text_width(line.label, font) / 2;
       canvas.text(within(p.x, panel_x_, panel_x_ + columns_, half + 4 * s_),
                   std::clamp(p.y - 6 * s_, panel_y_ + 20 * s_, panel_y_ + rows_ - 4 * s_), line.label, font,
@@ -290,8 +351,8 @@ class Map {
     }
   }
 
-  void draw_axes(Canvas& canvas) const {
-    const Canvas::Font font{17 * s_, false, faint};
+  void draw_axes(Pen& canvas) const {
+    const Pen::Font font{17 * s_, false, faint};
     const Axis across = axis_of(c_.frame, 0), up = axis_of(c_.frame, 1);
     const double bottom = panel_y_ + rows_, tick = 7 * s_;
     const std::string unit = " (" + unit_text(c_.unit) + ")";
@@ -323,7 +384,7 @@ class Map {
     return fixed_number(std::fabs(a) > std::fabs(b) ? a : b, decimals, fine);
   }
 
-  void draw_histogram(Canvas& canvas) const {
+  void draw_histogram(Pen& canvas) const {
     const Histogram& h = c_.measures.difference.histogram;
     const double deep = (bar_.upright ? 96 : 74) * s_;
     double most = 0;
@@ -342,7 +403,7 @@ class Map {
   }
   [[nodiscard]] double along(double d) const { return (d / limit_ + 1) / 2 * bar_.length; }
 
-  void draw_bar(Canvas& canvas) const {
+  void draw_bar(Pen& canvas) const {
     draw_histogram(canvas);
     constexpr int steps = 256;
     for (int i = 0; i < steps; ++i) {
@@ -362,7 +423,7 @@ class Map {
     if (d.max_below > limit_) draw_arrow(canvas, 0, -20 * s_, palette_(-1));
     draw_bar_labels(canvas);
   }
-  void draw_arrow(Canvas& canvas, double from, double reach, const Rgb& colour) const {
+  void draw_arrow(Pen& canvas, double from, double reach, const Rgb& colour) const {
     const double gap = std::copysign(3 * s_, reach);
     const auto p = bar_.at(from + gap, 0), q = bar_.at(from + gap, bar_.thickness);
     const auto tip = bar_.at(from + gap + reach, bar_.thickness / 2);
@@ -373,16 +434,23 @@ class Map {
   [[nodiscard]] std::string bar_label(double value) const {
     const int exponent = static_cast<int>(std::floor(std::log10(limit_) + 1e-9));
     if (exponent < -4 || exponent > 6) return signed_number(value, fine, 3);
+    if (options_.range > 0)
+      return std::string(value > 0 ? "+" : value < 0 ? "−" : "") + fmt::format("{:.6g}", std::fabs(value));
     const bool odd = std::lround(limit_ * std::pow(10.0, 1 - exponent)) % 2 != 0;
     const int decimals = std::max(0, 1 - exponent + (odd ? 1 : 0));
     return (value > 0 ? "+" : "") + (value == 0 ? std::string("0") : fixed_number(value, decimals, fine));
   }
 
-  void draw_bar_labels(Canvas& canvas) const {
-    const Canvas::Font font{18 * s_, false, ink}, above{18 * s_, true, palette_(1)}, below{18 * s_, true, palette_(-1)};
+  void draw_bar_labels(Pen& canvas) const {
+    const Pen::Font font{18 * s_, false, ink}, above{18 * s_, true, palette_(1)}, below{18 * s_, true, palette_(-1)};
+    const DifferenceStatistics& d = c_.measures.difference;
     for (int k = -2; k <= 2; ++k) {
       const double value = limit_ * k / 2;
-      const std::string label = bar_label(value) + (k == 0 ? "\u00a0" + measured_unit(c_, 1) : "");
+      const bool clipped = (k == 2 && d.max_above > limit_) || (k == -2 && d.max_below > limit_);
+      const std::string label = (!clipped ? ""
+                                 : k > 0  ? "≥\u00a0"
+                                          : "≤\u00a0") +
+                                bar_label(value) + (k == 0 ? "\u00a0" + measured_unit(c_, 1) : "");
       const auto p = bar_.at(along(value), bar_.thickness), q = bar_.at(along(value), bar_.thickness + 7 * s_);
       canvas.line(p.x, p.y, q.x, q.y, 1.5 * s_, rule);
       if (bar_.upright)
@@ -404,23 +472,39 @@ class Map {
     }
   }
 
-  void draw_foot(Canvas& canvas) const {
-    const Canvas::Font font{18 * s_, false, ink}, soft{16 * s_, false, faint};
-    const double x = 44 * s_;
+  /// N over an arrow, on the foot at x; the width that it takes.
+  double draw_north(Pen& canvas, double x) const {
+    if (!is_map(c_)) return 0;
+    const double middle = x + 9 * s_, top = foot_y_ - 22 * s_, low = foot_y_ + 3 * s_, waist = foot_y_ - 4 * s_;
+    canvas.triangle({{{middle, top}, {middle, waist}, {middle - 9 * s_, low}}}, ink);
+    const std::array<Point2, 4> light{Point2{middle, top}, Point2{middle + 9 * s_, low}, Point2{middle, waist},
+                                      Point2{middle, top}};
+    canvas.path(light, 1.2 * s_, ink);
+    canvas.text(middle, top - 5 * s_, "N", {16 * s_, true, ink}, TextAlign::centre);
+    return 44 * s_;
+  }
+
+  /// The scale bar, on the foot at x; where it ends.
+  double draw_scale_bar(Pen& canvas, double x) const {
+    const Pen::Font font{18 * s_, false, ink};
     const double length = nice_below(std::max(260 * s_, 1.0) / scale_), pixels = length * scale_, thick = 8 * s_;
     for (int k = 0; k < 4; ++k)
       canvas.box(x + pixels * k / 4, foot_y_ - thick, pixels / 4, thick, k % 2 == 0 ? ink : paper);
     canvas.frame(x, foot_y_ - thick, pixels, thick, 1.2 * s_, ink);
     const std::string bar = number(length, fine, 1) + "\u00a0" + unit_text(c_.unit);
     canvas.text(x + pixels + 12 * s_, foot_y_ + 2 * s_, bar, font);
-    double next = x + pixels + 12 * s_ + canvas.text_width(bar, font) + 44 * s_;
+    return x + pixels + 12 * s_ + canvas.text_width(bar, font);
+  }
+
+  void draw_keys(Pen& canvas, double next) const {
+    const Pen::Font soft{16 * s_, false, faint};
     const auto key = [&](const Rgb& colour, bool hatched, const std::string& words) {
-      canvas.box(next, foot_y_ - 13 * s_, 26 * s_, 15 * s_, colour);
+      canvas.box(next, key_y_ - 13 * s_, 26 * s_, 15 * s_, colour);
       for (int k = 0; k < 2 && hatched; ++k)
-        canvas.line(next + (1 + 11 * k) * s_, foot_y_ + s_, next + (14 + 11 * k) * s_, foot_y_ - 12 * s_, 1.8 * s_,
+        canvas.line(next + (1 + 11 * k) * s_, key_y_ + s_, next + (14 + 11 * k) * s_, key_y_ - 12 * s_, 1.8 * s_,
                     hatch);
-      canvas.frame(next, foot_y_ - 13 * s_, 26 * s_, 15 * s_, s_, rule);
-      canvas.text(next + 36 * s_, foot_y_, words, soft);
+      canvas.frame(next, key_y_ - 13 * s_, 26 * s_, 15 * s_, s_, rule);
+      canvas.text(next + 36 * s_, key_y_, canvas.fitted(words, soft, options_.width - 44 * s_ - next - 36 * s_), soft);
       next += 36 * s_ + canvas.text_width(words, soft) + 40 * s_;
     };
     const MapWords& words = options_.words;
@@ -429,31 +513,72 @@ class Map {
     else
       key(palette_(0), false, words.zero.empty() ? "no difference" : words.zero);
     if (has_footprint_) key(footprint, true, !words.left_out.empty() ? words.left_out : left_out_words());
-    const std::string reach = shows_no_difference(c_)      ? ""
-                              : is_paired_                 ? "colours as on the map beside it; "
-                              : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "
-                              : limit_ < largest(c_.measures.difference)
-                                  ? "colours reach to the 99th percentile of |d|; "
-                                  : "colours reach to the largest |d|; ";
-    const std::string note = (words.note.empty() ? std::string(sign_rule) : words.note) + "; " + reach +
-                             "histogram: area, square-root scale; " + "shading: surface" +
-                             (words.note.empty() ? " A" : "") + ", heights × " + number(exaggeration_, fine, 2);
-    canvas.text(x, foot_y_ + 38 * s_, canvas.fitted(note, soft, options_.width - 2 * x), soft);
+  }
+
+  [[nodiscard]] std::string reach_words() const {
+    const DifferenceStatistics& d = c_.measures.difference;
+    if (options_.range > 0) {
+      std::string beyond;
+      if (d.max_below > limit_) beyond = "to −" + with_unit(number(d.max_below, fine, 2), 1);
+      if (d.max_above > limit_)
+        beyond += (beyond.empty() ? "to +" : " and +") + with_unit(number(d.max_above, fine, 2), 1);
+      return "colours end at ±" + with_unit(number(limit_, fine, 3), 1) + ", as asked" +
+             (beyond.empty() ? "" : ", differences reach " + beyond) + "; ";
+    }
+    return shows_no_difference(c_)      ? ""
+           : is_paired_                 ? "colours as on the map beside it; "
+           : limit_ > natural_limit(c_) ? "colours reach to twice the level of detection; "
+           : limit_ < largest(d)        ? "colours reach to the 99th percentile of |d|; "
+                                        : "colours reach to the largest |d|; ";
+  }
+
+  /// Of what was compared.
+  [[nodiscard]] std::string frame_words() const {
+    if (!options_.extent) return "";
+    const Box2 domain = node_box(c_.cells, true);
+    const bool whole = domain.empty() || (box_.min.x <= domain.min.x && box_.min.y <= domain.min.y &&
+                                          box_.max.x >= domain.max.x && box_.max.y >= domain.max.y);
+    return whole ? "" : "the frame leaves out part of what was compared; ";
+  }
+
+  [[nodiscard]] std::vector<std::string> note_in_lines(Pen& pen) const {
+    const MapWords& words = options_.words;
+    const std::string note = (words.note.empty() ? std::string(sign_rule) : words.note) + "; " + reach_words() +
+                             frame_words() + "histogram: area, square-root scale; " + "shading: surface" +
+                             (words.note.empty() ? " A" : "") + ", heights ×\u00a0" + number(exaggeration_, fine, 2);
+    return pen.wrapped(note, {16 * s_, false, faint}, options_.width - 88 * s_);
+  }
+
+  void draw_foot(Pen& canvas) const {
+    const Pen::Font soft{16 * s_, false, faint};
+    const double x = 44 * s_, bar_end = draw_scale_bar(canvas, x + draw_north(canvas, x));
+    draw_keys(canvas, bare_ ? x : bar_end + 44 * s_);
+    const std::vector<std::string> note = note_in_lines(canvas);
+    for (std::size_t k = 0; k < std::min(note.size(), note_lines_); ++k)
+      canvas.text(x, key_y_ + (38 + 24 * static_cast<double>(k)) * s_, note[k], soft);
+    if (!bare_ && !signature_.empty())
+      canvas.text(x, signature_y_, canvas.fitted(signature_, soft, options_.width - 2 * x), soft);
   }
 
   const Comparison& c_;
   const MapOptions& options_;
-  bool is_paired_;
+  bool is_paired_, bare_;
   double s_, limit_;
   Palette palette_;
   Box2 box_;
+  std::string signature_;
   bool upright_ = true, has_footprint_ = false;
-  double scale_ = 1, exaggeration_ = 1, foot_y_ = 0;
+  double scale_ = 1, exaggeration_ = 1, foot_y_ = 0, key_y_ = 0, signature_y_ = 0;
+  std::size_t note_lines_ = 1;
   int columns_ = 1, rows_ = 1, panel_x_ = 0, panel_y_ = 0, height_ = 1;
   BarPlace bar_{};
 };
 
-}  // namespace
+MapDrawing::MapDrawing(const Comparison& c, const MapOptions& options, const MapScale& scale)
+    : map_(std::make_unique<Map>(c, options, scale)) {}
+MapDrawing::~MapDrawing() = default;
+int MapDrawing::height() const { return map_->height(); }
+void MapDrawing::draw(Pen& pen) { map_->draw(pen); }
 
 bool shows_no_difference(const Comparison& c) {
   const DifferenceStatistics& d = c.measures.difference;
@@ -467,6 +592,10 @@ double colour_limit(const Comparison& c) {
   if (shows_no_difference(c)) return 1;
   const double limit = natural_limit(c), lod = c.uncertainty.lod.value_or(0);
   return limit < least_over_noise * lod ? round_up_2_digits(2 * lod) : limit;
+}
+
+double colour_limit(const Comparison& c, const MapOptions& look) {
+  return look.range > 0 ? look.range : colour_limit(c);
 }
 
 std::array<MapScale, 2> paired_scales(const std::optional<Comparison>& before, const std::optional<Comparison>& after) {
@@ -492,15 +621,39 @@ std::string where_compared(const Comparison& c) {
          (c.unit == "unknown" ? "   ·   units unknown (as in the files)" : "");
 }
 
+namespace {
+
+void check_width(int width) {
+  if (width < 300 || width > 20000)
+    throw UsageError("map width " + std::to_string(width) + ": must be between 300 and 20000 pixels");
+}
+
+std::string map_svg(const Comparison& c, const MapOptions& options) {
+  MapOptions look = options;
+  look.width = std::min(options.width, widest_svg);
+  MapDrawing drawing(c, look, {});
+  SvgPen pen(look.width, drawing.height(), paper,
+             look.title.empty() ? input_name(c.a) + " → " + input_name(c.b) : look.title);
+  drawing.draw(pen);
+  return pen.svg();
+}
+
+}  // namespace
+
 Image render_map(const Comparison& c, const MapOptions& options, const Context& context, const MapScale& scale) {
-  if (options.width < 300 || options.width > 20000)
-    throw UsageError("map width " + std::to_string(options.width) + ": must be between 300 and 20000 pixels");
+  check_width(options.width);
   context.check();
-  return Map(c, options, scale).draw();
+  MapDrawing drawing(c, options, scale);
+  Canvas canvas(options.width, drawing.height(), paper);
+  drawing.draw(canvas);
+  return canvas.image();
 }
 
 void write_map(const std::string& path, const Comparison& c, const MapOptions& options, const Context& context) {
-  write_png(path, render_map(c, options, context));
+  if (!path.ends_with(".svg")) return write_png(path, render_map(c, options, context));
+  check_width(options.width);
+  context.check();
+  write_text_atomically(path, map_svg(c, options));
 }
 
 }  // namespace isopach

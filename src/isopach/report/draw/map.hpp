@@ -1,6 +1,7 @@
 // render_map: the picture of difference.png, before it is a file.
 #pragma once
 #include <array>
+#include <memory>
 #include <optional>
 #include <string>
 
@@ -14,6 +15,9 @@ namespace isopach {
 /// beyond rounding. At least 1.5 times the level of detection, below which the map is grey: else twice that level.
 [[nodiscard]] double colour_limit(const Comparison& c);
 
+/// The same, or what the options say.
+[[nodiscard]] double colour_limit(const Comparison& c, const MapOptions& look);
+
 /// Of |d| up to the level of detection.
 inline constexpr Rgb noise_colour{0.77, 0.77, 0.77};
 
@@ -24,6 +28,8 @@ inline constexpr Rgb noise_colour{0.77, 0.77, 0.77};
 struct MapScale {
   double colour_limit = 0;  ///< 0: colour_limit(c)
   std::optional<Box2> box;  ///< frame coordinates; default: the domain and its surroundings
+  double words = 1;         ///< size of words and of what stands around the map
+  bool bare = false;        ///< without title, numbers and logo: these stand beside it
 };
 
 /// Of two maps that show the same place in the same colours, those of the wider range: of a comparison before and one
@@ -34,7 +40,26 @@ struct MapScale {
 /// The line of a map that says what was compared.
 [[nodiscard]] std::string where_compared(const Comparison& c);
 
-/// Errors: UsageError for an unknown palette and for a width outside 300 … 20000.
+/// A map that is drawn by any pen, in units of options.width.
+class MapDrawing {
+ public:
+  MapDrawing(const Comparison& c, const MapOptions& options, const MapScale& scale);
+  ~MapDrawing();
+  MapDrawing(const MapDrawing&) = delete;
+  MapDrawing& operator=(const MapDrawing&) = delete;
+  [[nodiscard]] int height() const;
+  void draw(Pen& pen);
+
+ private:
+  class Map;
+  std::unique_ptr<Map> map_;
+};
+
+/// Widest SVG, whose surface is a picture: wider ones are drawn so wide.
+inline constexpr int widest_svg = 2400;
+
+/// Errors: UsageError for an unknown palette, for a width outside 300 … 20000, for an extent that shows nothing of the
+/// scans or in another direction than z.
 [[nodiscard]] Image render_map(const Comparison& c, const MapOptions& options, const Context& context,
                                const MapScale& scale = {});
 

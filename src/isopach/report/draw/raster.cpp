@@ -64,6 +64,8 @@ class Painter {
   Painter(const Cells& cells, CellRaster& raster) : cells_(cells), raster_(raster) {}
 
   [[nodiscard]] Span rows_of(Index t) const {
+    if (cells_.scanned.size() > t && cells_.in_domain[t] == 0 && (cells_.scanned[t] == 0 || cells_.scanned[t] > 3))
+      return {0, 0};  // in no scan, but in the hull of both; or by its parts
     const Vertices c = corners(t);
     const auto [x0, x1] = std::minmax({c[0].x, c[1].x, c[2].x});
     const auto [y0, y1] = std::minmax({c[0].y, c[1].y, c[2].y});
@@ -77,8 +79,7 @@ class Painter {
     const std::array<Side, 3> sides{Side(c[0], c[1]), Side(c[1], c[2]), Side(c[2], c[0])};
     const double determinant = (c[1].x - c[0].x) * (c[2].y - c[0].y) - (c[2].x - c[0].x) * (c[1].y - c[0].y);
     const Plane d(c, determinant, &Vertex::d), z(c, determinant, &Vertex::z), lod(c, determinant, &Vertex::lod);
-    const bool in_domain = t >= cells_.triangulation.real || cells_.in_domain[t] != 0;
-    if (!in_domain && !cells_.scanned.empty() && cells_.scanned[t] == 0) return;  // in no scan, but in the hull of both
+    const bool in_domain = t >= first_piece() || (t < cells_.triangulation.real && cells_.in_domain[t] != 0);
     for (std::int32_t row = rows.begin; row < rows.end; ++row) {
       const double y = row + 0.5;
       double x_begin = std::numeric_limits<double>::infinity(), x_end = -x_begin;
@@ -98,11 +99,21 @@ class Painter {
   }
 
  private:
+  /// Behind all triangles come the parts of them that were scanned, then the pieces of the domain: each is painted over
+  /// what it is of.
+  [[nodiscard]] std::size_t first_piece() const { return cells_.triangulation.real + cells_.scanned_parts.size(); }
+
   [[nodiscard]] Vertices corners(Index t) const {
     const MapView& v = raster_.view;
     Vertices out{};
-    if (t >= cells_.triangulation.real) {
-      const CellPiece& piece = cells_.pieces[t - cells_.triangulation.real];
+    if (t >= cells_.triangulation.real && t < first_piece()) {
+      const auto& part = cells_.scanned_parts[t - cells_.triangulation.real];
+      for (std::size_t k = 0; k < 3; ++k)
+        out[k] = {(part[k].x - v.left) * v.scale, (v.top - part[k].y) * v.scale, 0, 0, 0};
+      return out;
+    }
+    if (t >= first_piece()) {
+      const CellPiece& piece = cells_.pieces[t - first_piece()];
       std::array<double, 3> lod{};
       const CellView view = cells_.view();
       if (!cells_.lod.empty()) lod = of_piece(view, piece).at_corners(cells_.lod);
@@ -180,7 +191,7 @@ CellRaster rasterise(const Cells& cells, const MapView& view) {
   raster.z_origin = cells.z1[cells.triangulation.triangles[0].v[0]];
 
   Painter painter(cells, raster);
-  Array<Span> rows(real + cells.pieces.size());  // pieces behind all triangles: painted over those they are of
+  Array<Span> rows(real + cells.scanned_parts.size() + cells.pieces.size());  // in the order of Painter::first_piece
   for_each_index(rows.size(), [&](std::size_t t) { rows[t] = painter.rows_of(static_cast<Index>(t)); });
   const std::size_t band_count = static_cast<std::size_t>((view.rows + band_rows - 1) / band_rows);
   const Bands bands = sort_into_bands(rows, band_count);

@@ -14,7 +14,8 @@ struct MapView {
 };
 
 struct CellRaster {
-  /// footprint: a scan is there, but not in the domain; none also where T bridges a place without points.
+  /// footprint: a scan is there up to its border, but not in the domain; none also where T bridges a place without
+  /// points, and where a border cuts a cell, beyond it.
   enum class Cover : unsigned char { none, footprint, domain };
   MapView view;
   Array<Cover> cover;  ///< rows × columns, row by row from the top

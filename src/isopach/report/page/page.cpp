@@ -140,8 +140,8 @@ void HtmlPage::add_view(const std::string& view, const std::string& policy) {
 
 void HtmlPage::close_page() { out_ += "</main>\n</body>\n</html>\n"; }
 
-void HtmlPage::finish_page() {
-  settings();
+void HtmlPage::finish_page(const std::vector<std::string>& left_out) {
+  settings(left_out);
   timing();
   raw();
   close_page();
@@ -194,6 +194,18 @@ void HtmlPage::open_table(const std::string& title, const std::string& columns, 
 }
 void HtmlPage::close_table() { out_ += "</tbody></table></div>\n"; }
 
+void HtmlPage::sign(const std::string& line, const std::string& logo_png) {
+  if (!logo_png.empty()) {
+    const std::string image = base64(logo_png);
+    picture_bytes_ += image.size();
+    out_ +=
+        "<img alt=\"\" style=\"float:right;max-width:220px;max-height:72px;margin:0 0 12px 24px;padding:4px;"
+        "background:#fff\" src=\"data:image/png;base64," +
+        image + "\">\n";
+  }
+  if (!line.empty()) out_ += "<p class=\"soft\">" + escaped(line) + "</p>\n";
+}
+
 void HtmlPage::warnings() {
   const Json& list = json_.at("warnings");
   if (list.empty()) return;
@@ -218,15 +230,20 @@ void HtmlPage::raw() {
 }
 
 void HtmlPage::picture(const std::string& png, const std::string& alt, const std::string& caption) {
-  const std::string image = base64(read_bytes(png));
+  picture_of(read_bytes(png), alt, caption);
+}
+
+void HtmlPage::picture_of(const std::string& png_bytes, const std::string& alt, const std::string& caption) {
+  const std::string image = base64(png_bytes);
   picture_bytes_ += image.size();
   out_ += "<figure><img alt=\"" + escaped(alt) + "\" src=\"data:image/png;base64," + image + "\">\n" +
           (caption.empty() ? "" : "<figcaption>" + caption + "</figcaption>\n") + "</figure>\n";
 }
 
-void HtmlPage::settings() {
+void HtmlPage::settings(const std::vector<std::string>& left_out) {
   open_table("Options in force", "", " class=\"pairs\"");
   for (const auto& [name, setting] : json_.at("parameters").items()) {
+    if (std::find(left_out.begin(), left_out.end(), name) != left_out.end()) continue;
     const bool is_number = setting.is_number();
     const std::string shown = is_number ? datum("parameters." + name, setting_text(setting)) : setting_text(setting);
     out_ += "<tr><th scope=\"row\"><code>" + escaped(name) + "</code></th><td class=\"wrap\">" + shown + "</td></tr>\n";

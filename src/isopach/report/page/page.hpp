@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include <nlohmann/json.hpp>
 
@@ -24,8 +25,9 @@ class HtmlPage {
   /// Begins the page, with the style of all reports, and ends it.
   void open_page(const std::string& title);
   void close_page();
-  /// The end of a report: the objects `parameters` and `timing_s` of result.json as tables, raw(), close_page().
-  void finish_page();
+  /// The end of a report: the objects `parameters` (without those named) and `timing_s` of result.json as tables,
+  /// raw(), close_page().
+  void finish_page(const std::vector<std::string>& left_out = {});
 
   /// A value of result.json by its path, "volume.net" or "inputs.0.path".
   [[nodiscard]] const Json& at(const std::string& key) const;
@@ -48,10 +50,14 @@ class HtmlPage {
   void open_table(const std::string& title, const std::string& columns, const std::string& kind = "");
   void close_table();
 
+  /// Whose page it is: a line, as signature() of furniture.hpp gives it, and a logo, PNG; nothing for what is empty.
+  void sign(const std::string& line, const std::string& logo_png);
   /// The list `warnings` of result.json; nothing where it is empty.
   void warnings();
   /// A PNG that is written already, carried in the page. Errors: InputError where it cannot be read.
   void picture(const std::string& png, const std::string& alt, const std::string& caption = "");
+  /// One of these bytes.
+  void picture_of(const std::string& png_bytes, const std::string& alt, const std::string& caption = "");
   /// About the size of the page without a view, and not less: a function of what it shows, but for its times, so that
   /// two runs get the same view.
   [[nodiscard]] std::size_t bytes_but_times() const;
@@ -66,7 +72,7 @@ class HtmlPage {
 
  private:
   std::size_t picture_bytes_ = 0;
-  void settings();
+  void settings(const std::vector<std::string>& left_out);
   void timing();
 };
 

@@ -97,6 +97,7 @@ Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, con
   double limit = 0;
   for (const ViewScene& scene : scenes)
     if (!shows_no_difference(*scene.comparison)) limit = std::max(limit, colour_limit(*scene.comparison));
+  if (look.range > 0) limit = look.range;
   const bool is_projected = words.places && !c.a.crs.empty() && is_vertical(c);
   return {{"version", 1},
           {"title", look.title.empty() ? input_name(c.a) + " → " + input_name(c.b) : clean_utf8(look.title)},
