@@ -1,0 +1,218 @@
+"""Comparisons in tiles: the bytes of compare, whatever the tiles, whoever runs them, and however often they are killed."""
+
+import json
+import os
+import random
+import shutil
+import signal
+import subprocess
+import time
+import unittest
+
+from support import BIN, CliTest
+
+
+def told(text):
+    """A result without what counts the work of one way of doing it."""
+    result = json.loads(text)
+    result.pop("timing_s"), result.pop("outputs")
+    result["localisation"] = {}
+    return result
+
+
+class Tiles(CliTest):
+    def setUp(self):
+        super().setUp()
+        self.run_cli("simulate", "terrain", "--points", "6000", "-o", "scans")
+        self.a, self.b = "scans/a.ply", "scans/b.ply"
+
+    def whole(self, *words):
+        return told(self.run_cli("compare", self.a, self.b, "--json", "-", *words).stdout)
+
+    def plan(self, *words, job="job", code=0):
+        return self.run_cli("tile", "plan", self.a, self.b, "-o", job, *words, code=code)
+
+    def reduced(self, *words, job="job"):
+        return told(self.run_cli("tile", "reduce", job, "--json", "-", *words).stdout)
+
+    def test_any_tiling_gives_the_whole(self):
+        whole = self.whole()
+        for points in ["100000", "4000", "700", "30"]:
+            with self.subTest(points):
+                self.plan("--tile-points", points, job=f"job{points}")
+                self.run_cli("tile", "run", f"job{points}")
+                self.assertEqual(self.reduced(job=f"job{points}"), whole)
+
+    def test_options_keep_their_meaning(self):
+        for words in [["--border", "hull"], ["--max-edge", "30"], ["--no-layer-check"], ["--duplicates", "max"],
+                      ["--crop", "412100,5236100,412800,5236900"], ["--measure", "dV"], ["--unit", "ft"],
+                      ["--direction=0,0,-1"], ["--folds", "keep"]]:
+            with self.subTest(words):
+                whole = self.whole(*words)
+                self.plan("--tile-points", "2500", *words)
+                self.run_cli("tile", "run", "job")
+                self.assertEqual(self.reduced(), whole)
+                shutil.rmtree(self.path("job"))
+
+    def test_a_pose_and_limits_go_along(self):
+        self.path("pose.txt").write_text("0 -1 0 5000\n1 0 0 7\n0 0 1 3\n0 0 0 1\n")
+        self.run_cli("convert", self.b, "turned.ply", "--pose", "pose.txt")
+        self.path("back.txt").write_text("0 1 0 -7\n-1 0 0 5000\n0 0 1 -3\n0 0 0 1\n")
+        self.b = "turned.ply"
+        whole = self.whole("--pose", "back.txt")
+        self.plan("--tile-points", "2500", "--pose", "back.txt", "--fail-above", "rms=0.001")
+        self.run_cli("tile", "run", "job")
+        done = self.run_cli("tile", "reduce", "job", "--json", "-", code=6)
+        self.assertEqual(told(done.stdout), whole)
+        self.assertIn("rms", done.stderr)
+
+    def test_sets_of_files(self):
+        """A scan in four files, in any order, is the scan."""
+        whole = self.whole()
+        lines = self.run_cli("convert", self.a, "a.xyz")
+        rows = self.path("a.xyz").read_text().splitlines(keepends=True)
+        rows = [row for row in rows if row[0] in "-0123456789"]
+        os.mkdir(self.path("parts"))
+        for k in range(4):
+            self.path(f"parts/{k}.xyz").write_text("".join(rows[k::4]))
+        self.a = "parts"
+        self.plan("--tile-points", "3000", "--unit", "m")
+        self.run_cli("tile", "run", "job")
+        found = self.reduced()
+        for key in ("domain", "measure", "volume", "difference", "border", "folds", "triangulations"):
+            self.assertEqual(found[key], whole[key], key)
+        self.assertEqual(lines.returncode, 0)
+
+    def test_max_memory_takes_tiles_where_they_are_needed(self):
+        whole = self.whole()
+        self.run_cli("simulate", "terrain", "--points", "3000000", "-o", "large")
+        large = [f"large/{name}.ply" for name in "ab"]
+        expected = told(self.run_cli("compare", *large, "--json", "-").stdout)
+        temporary = self.path("temporary")
+        temporary.mkdir()
+        done = subprocess.run([BIN, "compare", *large, "--json", "-", "--max-memory", "400M"], cwd=self.folder,
+                              env={**os.environ, "TMPDIR": str(temporary)}, capture_output=True, text=True, check=True)
+        self.assertEqual(told(done.stdout), expected)
+        self.assertEqual(os.listdir(temporary), [])
+        small = told(self.run_cli("compare", self.a, self.b, "--json", "-", "--max-memory", "400M").stdout)
+        self.assertEqual(small, whole)
+
+    def test_killed_at_any_time_and_run_again(self):
+        whole = self.whole()
+        self.plan("--tile-points", "60")
+        chance = random.Random(1)
+        for _ in range(12):
+            runs = [subprocess.Popen([BIN, "tile", "run", "job", "--quiet", "--threads", "1"], cwd=self.folder)
+                    for _ in range(2)]
+            time.sleep(chance.uniform(0.02, 0.15))
+            for run in runs:
+                run.send_signal(signal.SIGKILL)
+                run.wait()
+        self.run_cli("tile", "run", "job", "--missing")
+        self.assertEqual(self.reduced(), whole)
+
+    def test_several_runs_share_a_job(self):
+        self.plan("--tile-points", "300")
+        n = json.loads(self.run_cli("tile", "status", "job", "--json", "-").stdout)["tiles"]
+        order = list(range(n))
+        random.Random(2).shuffle(order)
+        runs = [subprocess.Popen([BIN, "tile", "run", "job", "--quiet", "--threads", "1", "--index",
+                                  ",".join(map(str, order[k::3]))], cwd=self.folder) for k in range(3)]
+        self.assertEqual([run.wait() for run in runs], [0, 0, 0])
+        self.assertEqual(self.reduced(), self.whole())
+
+    def test_missing_tiles_are_refused_unless_told(self):
+        self.plan("--tile-points", "2000")
+        self.run_cli("tile", "run", "job")
+        self.path("job/tiles/000003.part").unlink()
+        self.fails(3, "tile", "reduce", "job", "--json", "-", says=["--missing", "--allow-missing", "is 3"])
+        found = self.reduced("--allow-missing")
+        self.assertTrue(any("1 of" in warning and "missing" in warning for warning in found["warnings"]))
+        self.assertLess(found["inputs"][0]["nodes"], 6000)
+        self.run_cli("tile", "run", "job", "--missing")
+        self.assertEqual(self.reduced(), self.whole())
+
+    def test_what_changed_or_is_damaged_is_refused(self):
+        self.plan("--tile-points", "2000")
+        self.run_cli("tile", "run", "job")
+        part = self.path("job/tiles/000001.part")
+        good = part.read_bytes()
+        flipped = good[:500] + bytes([good[500] ^ 64]) + good[501:]
+        for number, bad in enumerate([good[:-8], good[:100], b"", flipped, good + b"\0" * 8]):
+            with self.subTest(number):
+                part.write_bytes(bad)
+                self.fails(3, "tile", "reduce", "job", says=["000001.part"])
+        part.write_bytes(good)
+        cells = self.path("job/tiles/000001.cells")
+        kept = cells.read_bytes()
+        cells.write_bytes(kept[: len(kept) // 2])
+        self.fails(3, "tile", "reduce", "job", says=["000001.cells"])
+        cells.write_bytes(kept)
+        os.utime(self.path(self.a))
+        for words in [["run", "job"], ["reduce", "job"]]:
+            self.fails(3, "tile", *words, says=["a.ply", "changed"])
+        self.path("job/manifest.json").write_text("{}")
+        self.fails(3, "tile", "status", "job", says=["manifest.json"])
+
+    def test_parts_of_another_job_are_not_taken(self):
+        self.plan("--tile-points", "2000")
+        self.run_cli("tile", "run", "job")
+        self.plan("--tile-points", "2000", "--border", "hull", job="other")
+        self.run_cli("tile", "run", "other")
+        shutil.copy(self.path("job/tiles/000001.part"), self.path("other/tiles/000001.part"))
+        self.fails(3, "tile", "reduce", "other", says=["another job"])
+
+    def test_refusals(self):
+        self.fails(2, "tile", says=["plan, run, status"])
+        self.fails(2, "tile", "plam", says=["did you mean 'plan'"])
+        self.fails(2, "tile", "run", "nowhere", says=["no job"])
+        for words in [["--noise-floor"], ["--surface", "overlay"], ["--changes", "--lod", "1"], ["--domain", "hull"],
+                      ["--sigma1", "0.1", "--sigma2", "0.1", "--uncertainty-model", "independent"], ["--interpolation", "cubic"]]:
+            self.fails(2, "tile", "plan", self.a, self.b, "-o", "job", *words, says=["tiles"])
+        self.fails(2, "tile", "plan", self.a, self.b, "-o", "job", "--match", says=["--match"])
+        self.fails(2, "tile", "plan", self.a, self.b, "-o", "job", "--direction", "fit", says=["--direction"])
+        self.fails(2, "tile", "plan", self.a, self.b, "-o", "job", "--max-memory", "1M", says=["--max-memory"])
+        self.fails(3, "tile", "plan", self.a, "nothing.ply", "-o", "job", says=["nothing.ply"])
+        self.assertFalse(self.path("job/manifest.json").exists())
+        self.plan("--tile-points", "2000", job="fine")
+        self.fails(2, "tile", "plan", self.a, self.b, "-o", "fine", says=["not empty"])
+        for index in ["99999", "x", "3-", "-1", "5-2x"]:
+            self.fails(2, "tile", "run", "fine", f"--index={index}", says=["--index"])
+
+    def test_a_failure_is_told_by_status(self):
+        self.plan("--tile-points", "2000")
+        points = self.path("job/points")
+        whole = points.read_bytes()
+        points.write_bytes(whole[: len(whole) // 2])
+        self.assertIn("tiles failed", self.run_cli("tile", "run", "job", code=3).stderr)
+        said = self.run_cli("tile", "status", "job").stdout
+        self.assertIn("failed", said)
+        state = json.loads(self.run_cli("tile", "status", "job", "--json", "-").stdout)
+        self.assertGreater(state["done"], 0)
+        self.assertIn("failed", {tile["state"] for tile in state["each"]})
+        points.write_bytes(whole)
+        self.run_cli("tile", "run", "job", "--missing")
+        self.assertEqual(self.reduced(), self.whole())
+
+    def test_scripts(self):
+        self.plan("--tile-points", "2000")
+        n = json.loads(self.run_cli("tile", "status", "job", "--json", "-").stdout)["tiles"]
+        slurm = self.run_cli("tile", "script", "job", "--tiles-each", "3", "--program", str(BIN)).stdout
+        self.assertIn(f"--array=0-{(n + 2) // 3 - 1}", slurm)
+        for task in range((n + 2) // 3):
+            subprocess.run(["sh"], input=slurm, text=True, check=True, cwd=self.folder,
+                           env={**os.environ, "SLURM_ARRAY_TASK_ID": str(task)})
+        self.assertEqual(self.reduced(), self.whole())
+        parallel = self.run_cli("tile", "script", "job", "--engine", "parallel", "--program", str(BIN)).stdout
+        self.assertIn(f"seq 0 {n - 1}", parallel)
+        if shutil.which("parallel"):
+            shutil.rmtree(self.path("job/tiles"))
+            os.mkdir(self.path("job/tiles"))
+            subprocess.run(["sh", "-s", "out"], input=parallel, text=True, check=True, cwd=self.folder,
+                           stdout=subprocess.DEVNULL)
+            self.assertEqual(told(self.path("out/result.json").read_text()), self.whole())
+        self.assertIn("rule tile", self.run_cli("tile", "script", "job", "--engine", "snakemake").stdout)
+
+
+if __name__ == "__main__":
+    unittest.main()
