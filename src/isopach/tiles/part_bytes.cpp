@@ -20,7 +20,7 @@ std::uint64_t checksum(std::span<const char> bytes) {  // FNV-1a, over words
     hash = (hash ^ word) * 0x100000001b3;
     hash ^= hash >> 29;
   }
-  return hash;
+  return hash ^ bytes.size() * 0x9e3779b97f4a7c15;
 }
 
 /// Everything begins at a multiple of eight.
@@ -81,6 +81,9 @@ class Reader {
     const std::span<const char> of = all<char>();
     if (std::string(of.begin(), of.end()) != job)
       throw InputError(name_ + ": this is of another job: run the tile again (isopach tile run)");
+  }
+  void expect_end() const {
+    if (at_ != bytes_.size()) refuse();
   }
   [[noreturn]] void refuse() const {
     throw InputError(name_ + ": this is no whole part of a tile: remove it, and run the tile again (isopach tile run)");
@@ -151,6 +154,8 @@ Part part_of(std::span<const char> bytes, const std::string& job, const std::str
   from.get(part.square);
   for (ScanPart& scan : part.scan) get(from, scan);
   from.get(part.nodes), from.get(part.cells), from.get(part.joining), from.get_all(part.open);
+  from.get(found);
+  from.expect_end();
   return part;
 }
 
@@ -171,6 +176,7 @@ CellPart cells_of(std::span<const char> bytes, const std::string& job, const std
   part.triangles = from.all<Corners>();
   std::uint64_t end = 0;
   from.get(end);
+  from.expect_end();
   if (end != magic_of_cells || part.z1.size() != part.xy.size() || part.z2.size() != part.xy.size()) from.refuse();
   part.first_node = first_node;
   return part;
