@@ -14,6 +14,7 @@ import json
 import os
 import pathlib
 import shutil
+import struct
 import subprocess
 import sys
 import tempfile
@@ -174,6 +175,42 @@ join can go up a tree of squares; neither is built.
 """
 
 
+def nodes_passed_up(file):
+    """Of a part (tiles/part_bytes.cpp): the square and the places of its nodes."""
+    data = file.read_bytes()
+    words = struct.unpack_from("<Q", data, 8)[0]
+    at = 16 + (words + 7) // 8 * 8
+    square = struct.unpack_from("<4d", data, at)
+    count = struct.unpack_from("<Q", data, at + 32)[0]
+    return square, [struct.unpack_from("<2d", data, at + 40 + 16 * i) for i in range(count)]
+
+
+def picture(asked, room):
+    """The squares of a small job, and the nodes of A that they pass up."""
+    run([asked.isopach, "simulate", "terrain", "--points", 14000, "-o", room / "small", "--quiet"])
+    job = room / "small-job"
+    run([asked.isopach, "tile", "plan", room / "small/a.ply", room / "small/b.ply", "-o", job, "--tile-points", 3500, "--no-layer-check",
+         "--border", "hull", "--quiet"])
+    run([asked.isopach, "tile", "run", job, "--quiet"])
+    box = json.loads((job / "manifest.json").read_text())["frame"]["box"]
+    (x0, y0, _), (x1, y1, _) = box
+    scale = 640 / max(x1 - x0, y1 - y0)
+    size = [round((x1 - x0) * scale) + 20, round((y1 - y0) * scale) + 20]
+    lines, dots = [], []
+    for file in sorted((job / "tiles").glob("*.part")):
+        square, nodes = nodes_passed_up(file)
+        low = [max(square[0], x0), max(square[1], y0)]
+        high = [min(square[2], x1), min(square[3], y1)]
+        lines.append(f'<rect x="{10 + (low[0] - x0) * scale:.1f}" y="{10 + (y1 - high[1]) * scale:.1f}" '
+                     f'width="{(high[0] - low[0]) * scale:.1f}" height="{(high[1] - low[1]) * scale:.1f}"/>')
+        dots += [f"M{10 + (x - x0) * scale:.1f} {10 + (y1 - y) * scale:.1f}h0" for x, y in nodes]
+    asked.picture.write_text(
+        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {size[0]} {size[1]}" width="{size[0]}" height="{size[1]}" role="img">\n'
+        "<title>Squares of a quadtree, and points along their sides</title>\n"
+        '<rect width="100%" height="100%" fill="#ffffff"/>\n<g fill="#eef3f8" stroke="#33506b" stroke-width="1">\n'
+        + "\n".join(lines) + f'\n</g>\n<path d="{"".join(dots)}" stroke="#b2182b" stroke-width="2.2" stroke-linecap="round"/>\n</svg>\n')
+
+
 def arguments():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--isopach", default=ROOT / "build/release/bin/isopach", type=pathlib.Path)
@@ -183,6 +220,7 @@ def arguments():
     parser.add_argument("--room", type=pathlib.Path, help="a folder for scans and jobs; by default one that is removed")
     parser.add_argument("--counts", type=pathlib.Path, help="keep the results in this file; what it holds is not run again")
     parser.add_argument("--page", type=pathlib.Path)
+    parser.add_argument("--picture", type=pathlib.Path, help="docs/use/tiles.svg; nothing else is done")
     return parser.parse_args()
 
 
@@ -193,6 +231,8 @@ def main():
     with tempfile.TemporaryDirectory() as passing:
         room = asked.room or pathlib.Path(passing)
         room.mkdir(parents=True, exist_ok=True)
+        if asked.picture:
+            return picture(asked, room)
         bench = Bench(asked, room)
 
         def keep():
@@ -211,6 +251,7 @@ def main():
         asked.page.write_text(text)
     else:
         print(text)
+    return None
 
 
 if __name__ == "__main__":

@@ -10,6 +10,7 @@ The functions are the verbs of the command line, their keywords its options with
 results the keys of its JSON: the same scans give the same bits from both. The sign is always d = B − A.
 """
 
+from . import tiles
 from ._comparer import Comparer
 from ._core import version as __version__
 from ._errors import ConvergenceError, Error, InputError, OverlapError, ScanWarning, ToleranceError, UsageError
@@ -25,4 +26,5 @@ __all__ = [
     "Info", "InputError", "Matching", "OverlapError", "Profile", "Record", "Result", "Roughness", "Scan", "ScanLike", "ScanWarning",
     "Scanners", "Scene", "Sequence", "ToleranceError", "UsageError", "__version__", "accuracy", "asymmetry", "combine",
     "compare", "convert", "distance", "info", "match", "read", "roughness", "scan", "scanners", "sequence", "simulate",
+    "tiles",
 ]

@@ -11,7 +11,8 @@ from . import _core
 _KEYWORDS = {"class": "classes"}
 
 #: Options of the command line that are something else here: methods of results, Python's own ways.
-_NOT_KEYWORDS = frozenset({"help", "version", "config", "json", "output", "quiet", "verbose", "max-input"})
+_NOT_KEYWORDS = frozenset({"help", "version", "config", "json", "output", "quiet", "verbose", "max-input",
+                           "max-memory"})
 
 #: Headings of the options that say what is written: those of `save`.
 _WRITES = frozenset({"Output", "Layers"})

@@ -1,0 +1,111 @@
+"""isopach.tiles: the numbers of compare, by whatever has submit()."""
+
+from __future__ import annotations
+
+import concurrent.futures
+import os
+import pathlib
+import shutil
+from typing import Any
+
+import pytest
+
+import isopach
+
+ROOT = pathlib.Path(__file__).resolve().parents[2]
+
+
+@pytest.fixture(autouse=True)
+def program(monkeypatch: pytest.MonkeyPatch) -> None:
+    found = os.environ.get("ISOPACH_BIN") or shutil.which("isopach") or str(ROOT / "build/release/bin/isopach")
+    if not os.path.exists(found):
+        pytest.skip("the program isopach is not there")
+    monkeypatch.setenv("ISOPACH_PROGRAM", found)
+
+
+@pytest.fixture
+def scans(tmp_path: pathlib.Path) -> tuple[pathlib.Path, pathlib.Path]:
+    scene = isopach.simulate("terrain", points=5000, seed=1)
+    a, b = tmp_path / "a.ply", tmp_path / "b.ply"
+    scene.a.save(a), scene.b.save(b)
+    return a, b
+
+
+def numbers(result: Any) -> Any:
+    found = {key: result[key] for key in ("domain", "measure", "volume", "difference", "border", "folds", "triangulations",
+                                          "inputs", "warnings", "parameters")}
+    return found
+
+
+def test_tiles_are_the_whole(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    whole = isopach.compare(*scans, border="hull")
+    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=2000, border="hull")
+    assert job.status.done == 0 and len(job.missing()) == job.status.tiles > 4
+    heard: list[tuple[int, int]] = []
+    job.run(progress=lambda done, of: heard.append((done, of)))
+    assert heard[-1] == (job.status.tiles, job.status.tiles)
+    assert numbers(job.reduce(tmp_path / "out")) == numbers(whole)
+    assert (tmp_path / "out/result.json").exists()
+    assert "tiles" in repr(job) and "sbatch" not in job.script() and "--array" in job.script()
+
+
+def test_executors_share_a_job(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    whole = isopach.compare(*scans)
+    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=1000)
+    with concurrent.futures.ProcessPoolExecutor(2) as pool:
+        assert numbers(job.run(pool).reduce()) == numbers(whole)
+
+
+def test_dask(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    distributed = pytest.importorskip("distributed")
+    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=1000)
+    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, \
+            distributed.Client(cluster) as client:
+        assert numbers(job.run(client).reduce()) == numbers(isopach.compare(*scans))
+
+
+def test_submitit(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    submitit = pytest.importorskip("submitit")
+    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=4000)
+    executor = submitit.AutoExecutor(folder=tmp_path / "logs", cluster="local")
+    executor.update_parameters(timeout_min=5)
+    assert numbers(job.run(executor).reduce()) == numbers(isopach.compare(*scans))
+
+
+class Unreliable:
+    """Two of three calls end with an exception of the engine's own."""
+
+    def __init__(self) -> None:
+        self.calls = 0
+
+    def submit(self, function: Any, *arguments: Any) -> concurrent.futures.Future[Any]:
+        self.calls += 1
+        future: concurrent.futures.Future[Any] = concurrent.futures.Future()
+        if self.calls % 3 != 0:
+            future.set_exception(OSError("the worker is gone"))
+        else:
+            future.set_result(function(*arguments))
+        return future
+
+
+def test_workers_that_die_are_tried_again(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=3000)
+    job.run(Unreliable(), retries=9)
+    assert job.missing() == []
+    other = isopach.tiles.plan(*scans, tmp_path / "other", tile_points=3000)
+    with pytest.raises(isopach.InputError, match="the worker is gone"):
+        other.run(Unreliable(), retries=0)
+
+
+def test_one_line_of_what_is_wrong(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    with pytest.raises(isopach.UsageError, match="noise-floor"):
+        isopach.tiles.plan(*scans, tmp_path / "job", noise_floor=True)
+    with pytest.raises(TypeError, match="'colour'"):
+        isopach.tiles.plan(*scans, tmp_path / "job", colour=1)
+    with pytest.raises(isopach.UsageError, match="no job"):
+        isopach.tiles.Job(tmp_path / "nothing")
+    with pytest.raises(isopach.InputError, match="nothing.ply"):
+        isopach.tiles.plan(tmp_path / "nothing.ply", scans[1], tmp_path / "job")
+    job = isopach.tiles.plan(*scans, tmp_path / "fine", tile_points=3000)
+    with pytest.raises(isopach.InputError, match="--missing"):
+        job.reduce()
