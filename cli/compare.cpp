@@ -335,7 +335,8 @@ bool fits(const CompareRequest& request, const JobLimits& limits, const Context&
 
 int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<Tolerance> tolerances, Run& run) {
   if (request.match)
-    throw UsageError("--match: scans that are compared in tiles are given their pose: match samples first, then --pose");
+    throw UsageError(
+        "--match: scans that are compared in tiles are given their pose: match samples first, then --pose");
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(tolerances);

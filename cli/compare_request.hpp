@@ -31,7 +31,6 @@ struct CompareRequest {
   RunOptions run;
 };
 
-
 /// All options that say what is compared and how, but for those of the matching, the delivery and the run.
 void add_compare_options(Command& command, CompareRequest& request);
 

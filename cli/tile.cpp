@@ -66,8 +66,8 @@ struct JobOptions {
 
 /// The words that say what is compared, without those that say where and how large.
 Arguments words_of_comparison(const Arguments& all, const std::string& a, const std::string& b) {
-  static const std::vector<std::string> with_value{"-o", "--output", "--max-memory", "--tile-points", "--threads",
-                                                   "--progress", "--max-input", "--config"};
+  static const std::vector<std::string> with_value{"-o",        "--output",   "--max-memory", "--tile-points",
+                                                   "--threads", "--progress", "--max-input",  "--config"};
   static const std::vector<std::string> alone{"--quiet", "--verbose"};
   Arguments words;
   bool has_a = false, has_b = false;
@@ -108,7 +108,8 @@ int plan(const Arguments& arguments) {
       .required(true);
   command.option_with(
       "--max-memory", "SIZE", [&](const std::string& text) { limits.memory = parse_size(text, "--max-memory"); },
-      "Memory that the run of one tile may take, e.g. 4G; tiles are as large as it allows (default half of the memory)");
+      "Memory that the run of one tile may take, e.g. 4G; tiles are as large as it allows (default half of the "
+      "memory)");
   command
       .option("--tile-points", "N", limits.tile_points,
               "Most points of a tile, of both scans together, instead of what the memory allows")
@@ -118,12 +119,14 @@ int plan(const Arguments& arguments) {
   if (!command.parse(arguments)) return 0;
   static_cast<void>(settle_options(request));
   check_tiled(request.options);
-  if (request.match) throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
+  if (request.match)
+    throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
   Run run(request.run);
-  const Job job = plan_job(request.path_a, request.path_b, request.options,
-                           words_of_comparison(arguments, request.path_a, request.path_b), limits, folder, run.context());
+  const Job job =
+      plan_job(request.path_a, request.path_b, request.options,
+               words_of_comparison(arguments, request.path_a, request.path_b), limits, folder, run.context());
   std::uint64_t largest = 0, all = 0;
   for (const JobTile& tile : job.tiles) largest = std::max(largest, tile.square.all()), all += tile.square.all();
   run.show(fmt::format("{} tiles of {} points, at most {} each, in {}\nnow: isopach tile run {}\n", job.tiles.size(),
@@ -178,10 +181,11 @@ int run_tiles(const Arguments& arguments) {
   std::string folder, index;
   bool missing = false;
   RunOptions options;
-  Command command("tile run",
-                  "Does tiles of a job, those that are not done: all of them, or those that are named. May be killed and "
-                  "run again at any time; several may run at once, on one machine or on many that share the folder.\n",
-                  codes);
+  Command command(
+      "tile run",
+      "Does tiles of a job, those that are not done: all of them, or those that are named. May be killed and "
+      "run again at any time; several may run at once, on one machine or on many that share the folder.\n",
+      codes);
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Tiles");
   command.option("--index", "K[-L][,…]", index, "These tiles alone, e.g. 7 or 0-99 (default: all)").check(not_empty());
@@ -243,13 +247,19 @@ int status(const Arguments& arguments) {
     points += count, points_done += is_done ? count : 0, done += is_done ? 1 : 0;
     if (!why.empty()) failures += fmt::format("tile {} failed: {}\n", k, for_shell(why));
     tiles.push_back({{"index", k},
-                     {"state", is_done ? "done" : why.empty() ? "missing" : "failed"},
+                     {"state", is_done       ? "done"
+                               : why.empty() ? "missing"
+                                             : "failed"},
                      {"points", count},
                      {"why", why.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(for_shell(why))}});
   }
   if (!json.empty()) {
-    const nlohmann::ordered_json all{{"schema", "isopach.tile-status/1"}, {"tiles", job.tiles.size()}, {"done", done},
-                                     {"points", points}, {"points_done", points_done}, {"each", tiles}};
+    const nlohmann::ordered_json all{{"schema", "isopach.tile-status/1"},
+                                     {"tiles", job.tiles.size()},
+                                     {"done", done},
+                                     {"points", points},
+                                     {"points_done", points_done},
+                                     {"each", tiles}};
     write_json(json, all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", run);
   }
   if (json != "-")
@@ -304,7 +314,9 @@ int script(const Arguments& arguments) {
                          {{"slurm", Engine::slurm}, {"parallel", Engine::parallel}, {"snakemake", Engine::snakemake}},
                          "slurm: an array of jobs, for sbatch; parallel: GNU parallel, for sh; snakemake: a Snakefile");
   command.option("--tiles-each", "N", each, "Tiles of one job of the engine").check(whole_number(1)).show_default();
-  command.option("--program", "PATH", program, "The isopach program on the machines that run it").check(not_empty()).show_default();
+  command.option("--program", "PATH", program, "The isopach program on the machines that run it")
+      .check(not_empty())
+      .show_default();
   add_run_options(command, options);
   if (!command.parse(arguments)) return 0;
   Run run(options);
@@ -315,26 +327,29 @@ int script(const Arguments& arguments) {
     throw UsageError("JOB: a script cannot quote a path with an apostrophe or a line break: rename the folder");
   const std::string index = "$(( i * " + std::to_string(each) + " ))-$(( last < " + std::to_string(n) +
                             " - 1 ? last : " + std::to_string(n) + " - 1 ))";
-  const std::string body = fmt::format(
-      "last=$(( (i + 1) * {} - 1 ))\nexec '{}' tile run '{}' --index \"{}\" --quiet\n", each, program, path, index);
+  const std::string body = fmt::format("last=$(( (i + 1) * {} - 1 ))\nexec '{}' tile run '{}' --index \"{}\" --quiet\n",
+                                       each, program, path, index);
   switch (engine) {
     case Engine::slurm:
-      run.print(fmt::format("#!/bin/sh\n#SBATCH --job-name=isopach\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task=2\n"
-                            "# then: isopach tile reduce '{}' -o RESULT\ni=$SLURM_ARRAY_TASK_ID\n{}",
-                            jobs - 1, path, body));
+      run.print(
+          fmt::format("#!/bin/sh\n#SBATCH --job-name=isopach\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task=2\n"
+                      "# then: isopach tile reduce '{}' -o RESULT\ni=$SLURM_ARRAY_TASK_ID\n{}",
+                      jobs - 1, path, body));
       break;
     case Engine::parallel:
-      run.print(fmt::format("#!/bin/sh\nset -eu\nseq 0 {} | parallel --halt soon,fail=1 \"'{}' tile run '{}' --index "
-                            "{{}} --quiet --threads 1\"\n'{}' tile reduce '{}' -o \"${{1:-result}}\"\n",
-                            n - 1, program, path, program, path));
+      run.print(
+          fmt::format("#!/bin/sh\nset -eu\nseq 0 {} | parallel --halt soon,fail=1 \"'{}' tile run '{}' --index "
+                      "{{}} --quiet --threads 1\"\n'{}' tile reduce '{}' -o \"${{1:-result}}\"\n",
+                      n - 1, program, path, program, path));
       break;
     case Engine::snakemake:
-      run.print(fmt::format("TILES = [f\"{{k:06d}}\" for k in range({})]\nJOB = '{}'\n\n"
-                            "rule result:\n    input: expand(JOB + \"/tiles/{{k}}.part\", k=TILES)\n    output: \"result/result.json\"\n"
-                            "    shell: \"'{}' tile reduce '{}' -o result\"\n\n"
-                            "rule tile:\n    output: JOB + \"/tiles/{{k}}.part\"\n    threads: 2\n"
-                            "    shell: \"'{}' tile run '{}' --index $((10#{{wildcards.k}})) --quiet --threads {{threads}}\"\n",
-                            n, path, program, path, program, path));
+      run.print(fmt::format(
+          "TILES = [f\"{{k:06d}}\" for k in range({})]\nJOB = '{}'\n\n"
+          "rule result:\n    input: expand(JOB + \"/tiles/{{k}}.part\", k=TILES)\n    output: \"result/result.json\"\n"
+          "    shell: \"'{}' tile reduce '{}' -o result\"\n\n"
+          "rule tile:\n    output: JOB + \"/tiles/{{k}}.part\"\n    threads: 2\n"
+          "    shell: \"'{}' tile run '{}' --index $((10#{{wildcards.k}})) --quiet --threads {{threads}}\"\n",
+          n, path, program, path, program, path));
       break;
   }
   return 0;
@@ -374,7 +389,8 @@ void TiledAnswer::require() const {
 int run_tile_verb(const Arguments& arguments) {
   static const std::vector<std::pair<std::string, int (*)(const Arguments&)>> steps{
       {"plan", plan}, {"run", run_tiles}, {"status", status}, {"reduce", reduce}, {"script", script}};
-  if (arguments.empty()) throw UsageError("tile: give a step: plan, run, status, reduce or script (isopach tile --help)");
+  if (arguments.empty())
+    throw UsageError("tile: give a step: plan, run, status, reduce or script (isopach tile --help)");
   const std::string& word = arguments.front();
   if (word == "--help" || word == "-h") {
     std::fputs(overview, stdout);
@@ -385,8 +401,8 @@ int run_tile_verb(const Arguments& arguments) {
     if (name == word) return step({arguments.begin() + 1, arguments.end()});
     names.push_back(name);
   }
-  throw UsageError(fmt::format("tile: unknown step '{}'{}; isopach tile --help lists the steps", word,
-                               did_you_mean(word, names)));
+  throw UsageError(
+      fmt::format("tile: unknown step '{}'{}; isopach tile --help lists the steps", word, did_you_mean(word, names)));
 }
 
 }  // namespace isopach::cli

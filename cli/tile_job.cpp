@@ -41,7 +41,8 @@ constexpr std::uint64_t bytes_at_least = 150'000'000;  // of the program, a bloc
 /// A file that is read at places.
 class PlacedFile {
  public:
-  explicit PlacedFile(const fs::path& path) : path_(path.string()), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
+  explicit PlacedFile(const fs::path& path)
+      : path_(path.string()), descriptor_(::open(path.c_str(), O_RDONLY | O_CLOEXEC)) {
     if (descriptor_ < 0) fail();
   }
   ~PlacedFile() { ::close(descriptor_); }
@@ -61,8 +62,8 @@ class PlacedFile {
 
  private:
   [[noreturn]] void fail() const {
-    throw InputError(fmt::format("{}: cannot be read ({}): plan the job again (isopach tile plan)", path_,
-                                 std::strerror(errno)));
+    throw InputError(
+        fmt::format("{}: cannot be read ({}): plan the job again (isopach tile plan)", path_, std::strerror(errno)));
   }
   std::string path_;
   int descriptor_;
@@ -267,7 +268,8 @@ class Planner {
     for (const TileSquare& square : joined_squares(std::move(squares), most)) job_.tiles.push_back({square, {}});
     std::size_t tile = 0;
     for (Spill::Bucket& bucket : buckets) {
-      while (tile + 1 < job_.tiles.size() && job_.tiles[tile + 1].square.first_key() <= bucket.square.first_key()) ++tile;
+      while (tile + 1 < job_.tiles.size() && job_.tiles[tile + 1].square.first_key() <= bucket.square.first_key())
+        ++tile;
       for (std::size_t k = 0; k < 2; ++k) {
         auto& runs = job_.tiles[tile].runs[k];
         runs.insert(runs.end(), bucket.runs[k].begin(), bucket.runs[k].end());
@@ -296,7 +298,8 @@ Box3 box_of(const Json& j) {
 Json of(const JobScan& s) {
   const Cleaning& c = s.extent.cleaning;
   Json files = Json::array();
-  for (const FileStamp& f : s.files) files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"modified_ns", f.modified_ns}});
+  for (const FileStamp& f : s.files)
+    files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"modified_ns", f.modified_ns}});
   return {{"name", s.name},
           {"format", s.format},
           {"unit", s.unit},
@@ -324,8 +327,8 @@ JobScan scan_of(const Json& j) {
   dropped.at("crop").get_to(c.dropped_crop);
   s.extent.kept = box_of(j.at("kept")), s.extent.finite = box_of(j.at("finite"));
   for (const Json& f : j.at("files"))
-    s.files.push_back({f.at("path").get<std::string>(), f.at("bytes").get<std::uint64_t>(),
-                       f.at("modified_ns").get<std::int64_t>()});
+    s.files.push_back(
+        {f.at("path").get<std::string>(), f.at("bytes").get<std::uint64_t>(), f.at("modified_ns").get<std::int64_t>()});
   return s;
 }
 
@@ -403,9 +406,10 @@ bool merges(const CompareOptions& options) {
 
 void refuse_duplicates(const JobScan& scan, const Cleaning& cleaning, const CompareOptions& options) {
   if (cleaning.duplicates == 0 || options.project.duplicates != DuplicatePolicy::error) return;
-  throw InputError(fmt::format("{}: {} points share their place in the plane with another point; choose how to merge "
-                               "them (duplicates mean, min, max, median or first)",
-                               scan.name, cleaning.duplicates));
+  throw InputError(
+      fmt::format("{}: {} points share their place in the plane with another point; choose how to merge "
+                  "them (duplicates mean, min, max, median or first)",
+                  scan.name, cleaning.duplicates));
 }
 
 class Reducer {
@@ -526,7 +530,8 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
   const std::uint64_t most = most_points(limits);
   std::error_code error;
   if (fs::exists(folder, error) && !(fs::is_directory(folder, error) && fs::is_empty(folder, error)))
-    throw UsageError(fmt::format("--output {}: it is there and not empty: a job gets a folder of its own", folder.string()));
+    throw UsageError(
+        fmt::format("--output {}: it is there and not empty: a job gets a folder of its own", folder.string()));
   Job job;
   job.folder = folder, job.words = words;
   run_with_threads(context, [&] {
@@ -552,8 +557,8 @@ Job read_job(const fs::path& folder, const Context& context) {
   const fs::path path = folder / "manifest.json";
   std::ifstream file(path, std::ios::binary);
   if (!file)
-    throw UsageError(fmt::format("{}: there is no job: plan one (isopach tile plan A B -o {})", folder.string(),
-                                 folder.string()));
+    throw UsageError(
+        fmt::format("{}: there is no job: plan one (isopach tile plan A B -o {})", folder.string(), folder.string()));
   const std::string text((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
   try {
     const Json json = Json::parse(text);
@@ -587,10 +592,12 @@ void check_inputs(const Job& job) {
     for (const FileStamp& file : scan.files) {
       struct stat about {};
       if (::stat(file.path.c_str(), &about) != 0)
-        throw InputError(fmt::format("{}: it is gone ({}), and the job was planned with it", file.path, std::strerror(errno)));
+        throw InputError(
+            fmt::format("{}: it is gone ({}), and the job was planned with it", file.path, std::strerror(errno)));
       const std::int64_t changed = std::int64_t{about.st_mtim.tv_sec} * 1'000'000'000 + about.st_mtim.tv_nsec;
       if (static_cast<std::uint64_t>(about.st_size) != file.bytes || changed != file.modified_ns)
-        throw InputError(file.path + ": it has changed since the job was planned: plan the job again (isopach tile plan)");
+        throw InputError(file.path +
+                         ": it has changed since the job was planned: plan the job again (isopach tile plan)");
     }
 }
 
@@ -608,9 +615,8 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
         const Point2 first{points[0].x, points[0].y};
         input.square = curve_square(job.frame.curve, first, tile.square.level);
         input.scan[s].is_raster = job.scan[s].is_raster;
-        input.scan[s].field =
-            project_part(points, job.frame, options.project.duplicates,
-                         merges(options) ? &input.scan[s].spread : nullptr, context);
+        input.scan[s].field = project_part(points, job.frame, options.project.duplicates,
+                                           merges(options) ? &input.scan[s].spread : nullptr, context);
         refuse_duplicates(job.scan[s], input.scan[s].field.cleaning, options);
         Array<Index>().swap(input.scan[s].field.node_of_point);
       }

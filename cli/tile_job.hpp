@@ -1,10 +1,9 @@
 // A comparison made in tiles, as a folder: what `tile plan` writes, every `tile run` reads, and `tile reduce` joins.
 //
-//   JOB/manifest.json   inputs, options, frame, tiles                    written last by plan: without it there is no job
-//   JOB/points          points of both scans in the frame, tile by tile  24 bytes a point
-//   JOB/tiles/K.cells   final cells of tile K
-//   JOB/tiles/K.part    what it passes up; with it the tile is done
-//   JOB/tiles/K.failed  why the last run of it failed, in one line
+//   JOB/manifest.json   inputs, options, frame, tiles                    written last by plan: without it there is no
+//   job JOB/points          points of both scans in the frame, tile by tile  24 bytes a point JOB/tiles/K.cells   final
+//   cells of tile K JOB/tiles/K.part    what it passes up; with it the tile is done JOB/tiles/K.failed  why the last
+//   run of it failed, in one line
 #pragma once
 #include <array>
 #include <cstdint>
@@ -49,8 +48,8 @@ struct JobTile {
 
 struct Job {
   std::filesystem::path folder;
-  std::string id;       ///< of inputs, options and tiles: parts of another plan are not taken for its own
-  Arguments words;      ///< options as they were given
+  std::string id;   ///< of inputs, options and tiles: parts of another plan are not taken for its own
+  Arguments words;  ///< options as they were given
   std::array<JobScan, 2> scan;
   Frame frame;
   std::vector<JobTile> tiles;
@@ -84,8 +83,8 @@ void check_inputs(const Job& job);
 /// Does tile k unless it is done. Files appear whole.
 void run_tile(const Job& job, std::size_t k, const CompareOptions& options, const Context& context);
 
-/// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are missing,
-/// unless `allow_missing`: then the points of the others are compared, and a warning says so.
+/// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are
+/// missing, unless `allow_missing`: then the points of the others are compared, and a warning says so.
 [[nodiscard]] Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing,
                                     const Context& context);
 

@@ -1,5 +1,5 @@
-// disc_inside against rational numbers, on discs of chance, on lattices where discs touch the sides of boxes exactly, and
-// with coordinates whose differences doubles cannot hold.
+// disc_inside against rational numbers, on discs of chance, on lattices where discs touch the sides of boxes exactly,
+// and with coordinates whose differences doubles cannot hold.
 #include <gtest/gtest.h>
 
 #include <boost/multiprecision/cpp_int.hpp>
@@ -18,8 +18,8 @@ using Rational = boost::multiprecision::cpp_rational;
 
 /// (cx − side)² > r², and the centre on the right side of it.
 bool oracle(const Point2& a, const Point2& b, const Point2& c, const OpenBox& box) {
-  const Rational bx = Rational(b.x) - Rational(a.x), by = Rational(b.y) - Rational(a.y), cx = Rational(c.x) - Rational(a.x),
-                 cy = Rational(c.y) - Rational(a.y);
+  const Rational bx = Rational(b.x) - Rational(a.x), by = Rational(b.y) - Rational(a.y),
+                 cx = Rational(c.x) - Rational(a.x), cy = Rational(c.y) - Rational(a.y);
   const Rational d = 2 * (bx * cy - by * cx), b2 = bx * bx + by * by, c2 = cx * cx + cy * cy;
   const Rational ux = (cy * b2 - by * c2) / d, uy = (bx * c2 - cx * b2) / d, r2 = ux * ux + uy * uy;
   const auto clears = [&](const Rational& away) { return away > 0 && away * away > r2; };

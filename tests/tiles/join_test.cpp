@@ -35,7 +35,8 @@ struct Square {
 
 /// Squares of `least_level` or deeper, until none holds more than `most` nodes of both scans.
 std::vector<Square> squares_of(const Pair& pair, int least_level, std::size_t most) {
-  std::vector<Square> done, todo{{0, 0, {Run{0, pair.scan[0].field.keys.size()}, Run{0, pair.scan[1].field.keys.size()}}}};
+  std::vector<Square> done,
+      todo{{0, 0, {Run{0, pair.scan[0].field.keys.size()}, Run{0, pair.scan[1].field.keys.size()}}}};
   while (!todo.empty()) {
     const Square s = todo.back();
     todo.pop_back();
@@ -162,7 +163,8 @@ CompareOptions of_numbers() {
 }
 
 /// Gives what the last tiling did, to see that tiles did something.
-Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& options, const std::vector<std::array<int, 2>>& tilings) {
+Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& options,
+                    const std::vector<std::array<int, 2>>& tilings) {
   Comparison whole;
   std::string refusal;
   try {

@@ -69,7 +69,8 @@ class FixedSum {
 
   /// The sum as four words, to be kept in a file; and the sum that they are of.
   [[nodiscard]] std::array<std::uint64_t, 4> words() const {
-    return {static_cast<std::uint64_t>(static_cast<UInt128>(high_) >> 64), static_cast<std::uint64_t>(high_), low_, base_};
+    return {static_cast<std::uint64_t>(static_cast<UInt128>(high_) >> 64), static_cast<std::uint64_t>(high_), low_,
+            base_};
   }
   [[nodiscard]] static FixedSum of_words(const std::array<std::uint64_t, 4>& words) {
     FixedSum sum;

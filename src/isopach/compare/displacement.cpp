@@ -67,9 +67,8 @@ Places places_of(std::vector<DisplacementCorner> corners, const Frame& frame) {
   for (std::size_t i = 0; i < nodes.size(); i += step) {
     const SumsAtNode& node = nodes[i];
     const double of_node = node.area.value();
-    places.all.push_back({of_node,
-                          node.d,
-                          {1, node.at.x, node.at.y, node.slope_x.value() / of_node, node.slope_y.value() / of_node}});
+    places.all.push_back(
+        {of_node, node.d, {1, node.at.x, node.at.y, node.slope_x.value() / of_node, node.slope_y.value() / of_node}});
     area += of_node, x += of_node * node.at.x, y += of_node * node.at.y;
   }
   double reach = 0;

@@ -34,8 +34,8 @@ struct Displacement {
 /// most 5000 nodes are looked at. Cost O(cells). Test: tests/compare/displacement_test.cpp.
 [[nodiscard]] std::optional<Displacement> plain_displacement(const Comparison& c, const Context& context = {});
 
-/// A node that is looked at: its number on the curve among all nodes of T divided by displacement_step, and what one cell
-/// round it adds.
+/// A node that is looked at: its number on the curve among all nodes of T divided by displacement_step, and what one
+/// cell round it adds.
 struct DisplacementCorner {
   std::size_t place;
   Point2 at;
@@ -51,6 +51,7 @@ void add_corners(const std::array<Corner, 3>& cell, const std::array<std::size_t
                  std::vector<DisplacementCorner>& corners);
 
 /// From the corners of all whole cells of the domain, in any order.
-[[nodiscard]] std::optional<Displacement> plain_displacement(std::vector<DisplacementCorner> corners, const Frame& frame);
+[[nodiscard]] std::optional<Displacement> plain_displacement(std::vector<DisplacementCorner> corners,
+                                                             const Frame& frame);
 
 }  // namespace isopach

@@ -305,13 +305,11 @@ Borders find_borders(Pair& pair, const MergedSpreads& spreads, const Domain& dom
     const Triangulation& t = pair.scan[k].t;
     const Asked& asked = pair.scan[k].asked;
     const double area = bounds_of(pair.frame).area;
-    footprints[k] =
-        footprint(t, field.xy, trim, {options.max_edge, options.alpha}, context,
-                  {asked.border, area, asked.kept_elsewhere});
+    footprints[k] = footprint(t, field.xy, trim, {options.max_edge, options.alpha}, context,
+                              {asked.border, area, asked.kept_elsewhere});
     borders.in[k] = margins_of(footprints[k], k);
     if (look && !spreads[k].is_raster)
-      folds[k] =
-          find_folds(t, field.xy, field.z, spreads[k].of_node, footprints[k], context, {asked.folds, area});
+      folds[k] = find_folds(t, field.xy, field.z, spreads[k].of_node, footprints[k], context, {asked.folds, area});
   });
   borders.kept_area = footprints[0].area + footprints[1].area;
   borders.removed_area = footprints[0].removed_area + footprints[1].removed_area;
@@ -430,8 +428,7 @@ void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comp
 }
 
 void measure_detail(const Pair& pair, const Domain& domain, Comparison& c, const Context& context) {
-  const std::optional<SumBounds> bounds =
-      pair.frame.box.empty() ? std::nullopt : std::optional(bounds_of(pair.frame));
+  const std::optional<SumBounds> bounds = pair.frame.box.empty() ? std::nullopt : std::optional(bounds_of(pair.frame));
   c.detail = detail_measure(pair.mesh(0), pair.mesh(1), c.options.domain == DomainKind::hull, domain, context, bounds);
   check_detail(domain, c);
 }

@@ -58,7 +58,7 @@ void describe_meshes(const Pair& pair, Comparison& c);
 struct Common {
   UnitedNodes nodes;
   Triangulation t;
-  SumBounds bounds{};             ///< of the cells, once they are made
+  SumBounds bounds{};              ///< of the cells, once they are made
   Array<unsigned char> counted{};  ///< by real triangle, of a part of T (tiles/): whether it is measured; empty: all
 };
 /// The nodes of each scan in the other, by `method`. By interface T is made on the way, and returned; otherwise nothing

@@ -260,15 +260,16 @@ void ScanExtent::add(const ScanExtent& other) {
 
 ScanExtent extent_of(const CloudView& cloud, const Pose& pose, const ProjectOptions& options) {
   const Filter filter(cloud, pose, options);
-  return {count_dropped(filter), kept_box(filter), reduce_blocks<Box3>(
-      filter.size(), default_block,
-      [&](std::size_t begin, std::size_t end) {
-        Box3 box;
-        for (std::size_t i = begin; i < end; ++i)
-          if (is_finite(cloud.points[i])) box.add(filter.posed(i));
-        return box;
-      },
-      [](Box3& total, const Box3& part) { total.add(part); })};
+  return {count_dropped(filter), kept_box(filter),
+          reduce_blocks<Box3>(
+              filter.size(), default_block,
+              [&](std::size_t begin, std::size_t end) {
+                Box3 box;
+                for (std::size_t i = begin; i < end; ++i)
+                  if (is_finite(cloud.points[i])) box.add(filter.posed(i));
+                return box;
+              },
+              [](Box3& total, const Box3& part) { total.add(part); })};
 }
 
 Frame choose_frame(const std::array<ScanExtent, 2>& extents, const std::array<std::string, 2>& names,

@@ -94,8 +94,8 @@ struct ScanExtent {
 [[nodiscard]] Array<Point3> points_in_frame(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                             const ProjectOptions& options);
 
-/// As project() of all that these points are the part of that lies in one square of the curve, which they keep the order
-/// of. `duplicates`: the policy; error merges as first, and it is for the caller to look at what was merged.
+/// As project() of all that these points are the part of that lies in one square of the curve, which they keep the
+/// order of. `duplicates`: the policy; error merges as first, and it is for the caller to look at what was merged.
 /// `spread`, if given: by node, the largest difference of height of its points; empty where none were merged.
 [[nodiscard]] HeightField project_part(std::span<const Point3> in_frame, const Frame& frame, DuplicatePolicy duplicates,
                                        Array<double>* spread, const Context& context);

@@ -190,9 +190,7 @@ class Sample {
     return std::bit_floor(std::max<std::size_t>(1, cells / enough_cells)) - 1;
   }
   [[nodiscard]] std::uint64_t cell(std::uint64_t key) const { return shift_ >= 64 ? 0 : key >> shift_; }
-  [[nodiscard]] bool holds(std::uint64_t key) const {
-    return ((cell(key) * 0x9e3779b97f4a7c15ULL >> 32) & mask_) == 0;
-  }
+  [[nodiscard]] bool holds(std::uint64_t key) const { return ((cell(key) * 0x9e3779b97f4a7c15ULL >> 32) & mask_) == 0; }
 
  private:
   int shift_;
@@ -244,7 +242,9 @@ struct Tally {
     ++judged;
     layered += isopach::layered(points, width, cell);
   }
-  [[nodiscard]] double share() const { return judged == 0 ? 0 : static_cast<double>(layered) / static_cast<double>(judged); }
+  [[nodiscard]] double share() const {
+    return judged == 0 ? 0 : static_cast<double>(layered) / static_cast<double>(judged);
+  }
 };
 
 double width_of(const CurveBox& box, int level) { return std::ldexp(1 / box.scale, 32 - level); }
@@ -310,14 +310,15 @@ void LayerCheck::begin(std::size_t points, const CurveBox& box) {
 
 void LayerCheck::add_points(std::span<const Point3> in_frame) {
   const Sample sample(level_, mask_);
-  const auto some = gather_blocks<Array<Sampled>>(in_frame.size(), default_block, [&](std::size_t begin, std::size_t end) {
-    Array<Sampled> part;
-    for (std::size_t i = begin; i < end; ++i) {
-      const std::uint64_t key = curve_key(box_, {in_frame[i].x, in_frame[i].y});
-      if (sample.holds(key)) part.push_back({sample.cell(key), in_frame[i]});
-    }
-    return part;
-  });
+  const auto some =
+      gather_blocks<Array<Sampled>>(in_frame.size(), default_block, [&](std::size_t begin, std::size_t end) {
+        Array<Sampled> part;
+        for (std::size_t i = begin; i < end; ++i) {
+          const std::uint64_t key = curve_key(box_, {in_frame[i].x, in_frame[i].y});
+          if (sample.holds(key)) part.push_back({sample.cell(key), in_frame[i]});
+        }
+        return part;
+      });
   sampled_.insert(sampled_.end(), some.begin(), some.end());
 }
 

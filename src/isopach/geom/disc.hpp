@@ -13,9 +13,7 @@ struct OpenBox {
   Point2 low{-std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   Point2 high{std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity()};
 
-  [[nodiscard]] bool holds(const Point2& p) const {
-    return p.x > low.x && p.x < high.x && p.y > low.y && p.y < high.y;
-  }
+  [[nodiscard]] bool holds(const Point2& p) const { return p.x > low.x && p.x < high.x && p.y > low.y && p.y < high.y; }
 };
 
 /// Whether the closed disc through a, b, c, which are not on one line, lies in the open box. Exact, whatever the

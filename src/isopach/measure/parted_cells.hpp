@@ -30,8 +30,8 @@ struct CellPart {
   }
 };
 
-/// How a part is looked at: the cells may lie in a file, which is opened for a block of them and closed after it, so that
-/// what is in memory does not grow with the parts.
+/// How a part is looked at: the cells may lie in a file, which is opened for a block of them and closed after it, so
+/// that what is in memory does not grow with the parts.
 struct PartedCellsPart {
   std::size_t cells = 0;
   std::function<std::shared_ptr<const CellPart>()> open;

@@ -37,13 +37,13 @@ inline constexpr double torn_steps = 4, surely_torn_steps = 8;
 struct Folds {
   Array<unsigned char> folded;  ///< one flag per real triangle of the footprint; empty if none is
   double area = 0;              ///< of those triangles, in the plane
-  FixedSum area_sum;              ///< the same, before it is rounded
+  FixedSum area_sum;            ///< the same, before it is rounded
   [[nodiscard]] bool any() const { return !folded.empty(); }
   [[nodiscard]] bool holds(Index triangle) const { return !folded.empty() && folded[triangle] != 0; }
 };
 
-/// Of a triangulation that is part of a larger one (tiles/): by node whether it is asked about; the others are known not
-/// to be covered. Default: all of one that is whole.
+/// Of a triangulation that is part of a larger one (tiles/): by node whether it is asked about; the others are known
+/// not to be covered. Default: all of one that is whole.
 struct AskedNodes {
   std::span<const unsigned char> flags = {};  ///< by node; empty: all
   double area_bound = 0;                      ///< as AskedTriangles::area_bound

@@ -29,9 +29,7 @@ using Flags = Array<unsigned char>;
 template <class F>
 [[nodiscard]] Flags kept_where(const Triangulation& t, const Flags& flags, F&& holds) {
   Flags kept(t.real);
-  for_each_index(t.real, [&](std::size_t i) {
-    kept[i] = flags[i] != 0 && holds(i, t.triangles[i].v) ? 1 : 0;
-  });
+  for_each_index(t.real, [&](std::size_t i) { kept[i] = flags[i] != 0 && holds(i, t.triangles[i].v) ? 1 : 0; });
   return kept;
 }
 

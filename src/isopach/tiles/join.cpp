@@ -31,9 +31,7 @@ class TriangleTable {
   }
 
  private:
-  static bool before(const Row& a, const Row& b) {
-    return std::tie(a.first, a.second) < std::tie(b.first, b.second);
-  }
+  static bool before(const Row& a, const Row& b) { return std::tie(a.first, a.second) < std::tie(b.first, b.second); }
   std::vector<Row> rows_;
 };
 
@@ -93,13 +91,17 @@ class Joiner {
       return n[0] % step == 0 || n[1] % step == 0 || n[2] % step == 0;
     };
     const std::size_t whole = cells.in_parts() + cells.rest().t.real;
-    return plain_displacement(gather_blocks<Found>(whole, default_block, [&](std::size_t begin, std::size_t end) {
-      Found some;
-      for_numbered(cells, of_rest, begin, end, [&](const auto& view, std::size_t i, const auto& n) {
-        if (is_looked_at(n) && counts(view, i)) add_corners(corners_of(view, i), n, step, some);
-      });
-      return some;
-    }), pair_.frame);
+    return plain_displacement(gather_blocks<Found>(whole, default_block,
+                                                   [&](std::size_t begin, std::size_t end) {
+                                                     Found some;
+                                                     for_numbered(cells, of_rest, begin, end,
+                                                                  [&](const auto& view, std::size_t i, const auto& n) {
+                                                                    if (is_looked_at(n) && counts(view, i))
+                                                                      add_corners(corners_of(view, i), n, step, some);
+                                                                  });
+                                                     return some;
+                                                   }),
+                              pair_.frame);
   }
   static bool counts(const CellPart&, std::size_t) { return true; }
   static bool counts(const CellView& cells, std::size_t i) { return cells.in_domain[i] != 0; }
@@ -141,8 +143,7 @@ class Joiner {
       pair_.scan[k].asked.kept_elsewhere.add(part.border_area);
     }
     field.keys.resize(field.xy.size());
-    for_each_index(field.xy.size(),
-                   [&](std::size_t i) { field.keys[i] = curve_key(pair_.frame.curve, field.xy[i]); });
+    for_each_index(field.xy.size(), [&](std::size_t i) { field.keys[i] = curve_key(pair_.frame.curve, field.xy[i]); });
   }
 
   [[nodiscard]] Origin origin(const TriangleTable::Row* row, const std::array<Index, 3>& tiles,
@@ -266,10 +267,10 @@ class Joiner {
   stages::Clock clock_;
   Pair pair_;
   stages::MergedSpreads spreads_;
-  std::array<std::vector<Index>, 2> first_;           // by tile: its first node
-  std::array<std::vector<Index>, 2> tile_of_;         // by node
-  std::array<std::vector<std::size_t>, 2> number_;    // by node: on the curve, among all nodes of T
-  std::array<std::uint64_t, 2> found_here_{};         // triangles of the whole that no tile found
+  std::array<std::vector<Index>, 2> first_;         // by tile: its first node
+  std::array<std::vector<Index>, 2> tile_of_;       // by node
+  std::array<std::vector<std::size_t>, 2> number_;  // by node: on the curve, among all nodes of T
+  std::array<std::uint64_t, 2> found_here_{};       // triangles of the whole that no tile found
   std::uint64_t cells_ = 0, joining_ = 0;
 };
 

@@ -23,10 +23,9 @@ struct TilesToJoin {
 /// nodes whose disc lies in no single square are those of the whole (theorem 4), so everything that tiles left open is
 /// found by the same functions as in compare(), on a few nodes.
 /// `c`: a comparison of which options, frame, inputs and unit are known. Measures, domain, border, folds, detail and
-/// counts of triangles become those of compare() on all points, to the last bit; visited_… stay 0, and c.cells are those
-/// that were left open alone. Errors as compare(). Cost O(n log n) of what was passed up, and two looks at each final
-/// cell. Oracle: compare(), tests/tiles/join_test.cpp.
-/// Gives what plain_displacement() of the whole does.
+/// counts of triangles become those of compare() on all points, to the last bit; visited_… stay 0, and c.cells are
+/// those that were left open alone. Errors as compare(). Cost O(n log n) of what was passed up, and two looks at each
+/// final cell. Oracle: compare(), tests/tiles/join_test.cpp. Gives what plain_displacement() of the whole does.
 std::optional<Displacement> join_tiles(TilesToJoin tiles, Comparison& c, const Context& context);
 
 }  // namespace isopach

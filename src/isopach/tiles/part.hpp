@@ -2,10 +2,10 @@
 // (docs/method/tiles.md).
 //
 // A tile is a square of the curve's quadtree with all points of both scans in it. A triangle of its triangulations is
-// *certified*, a triangle of the whole's, if its closed disc lies in the open square: nobody else has points there. What
-// follows from certified triangles alone is final: for most cells of T both heights, and that they lie well inside what
-// both scans sampled. Final cells are kept beside (CellPart); everything else goes up by its nodes, and is found again
-// from these alone (join.hpp). No buffer is read, no point twice.
+// *certified*, a triangle of the whole's, if its closed disc lies in the open square: nobody else has points there.
+// What follows from certified triangles alone is final: for most cells of T both heights, and that they lie well inside
+// what both scans sampled. Final cells are kept beside (CellPart); everything else goes up by its nodes, and is found
+// again from these alone (join.hpp). No buffer is read, no point twice.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -34,11 +34,11 @@ struct ScanPart {
   // Nodes that are passed up, in curve order.
   Array<Point2> xy;
   Array<double> z;
-  Array<double> spread;         ///< largest difference of height of the points of each; empty: no points were merged
-  Array<Index> in_t;            ///< number of each among the nodes of T of the tile
-  Array<unsigned char> asked;   ///< whether it is open if the node is covered by another layer
-  Array<Corners> certified;     ///< the certified triangles between them
-  Array<unsigned char> known;   ///< bits of Known of each
+  Array<double> spread;        ///< largest difference of height of the points of each; empty: no points were merged
+  Array<Index> in_t;           ///< number of each among the nodes of T of the tile
+  Array<unsigned char> asked;  ///< whether it is open if the node is covered by another layer
+  Array<Corners> certified;    ///< the certified triangles between them
+  Array<unsigned char> known;  ///< bits of Known of each
 
   // What is settled.
   std::uint64_t nodes = 0;      ///< all nodes of the tile

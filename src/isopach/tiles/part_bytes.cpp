@@ -67,7 +67,8 @@ class Reader {
     std::uint64_t size = 0;
     get(size);
     if (size > bytes_.size() / sizeof(T)) refuse();
-    return {reinterpret_cast<const T*>(take(static_cast<std::size_t>(size) * sizeof(T))), static_cast<std::size_t>(size)};
+    return {reinterpret_cast<const T*>(take(static_cast<std::size_t>(size) * sizeof(T))),
+            static_cast<std::size_t>(size)};
   }
   template <class T>
   void get_all(Array<T>& values) {

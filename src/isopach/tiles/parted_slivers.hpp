@@ -31,8 +31,8 @@ void for_numbered(const PartedCells& cells, const RestOfCells& rest, std::size_t
   });
 }
 
-/// Sets what stages::describe_slivers does of T as a whole. Cells with long edges are kept by their nodes for it, 40 bytes
-/// each. Oracle: that function.
+/// Sets what stages::describe_slivers does of T as a whole. Cells with long edges are kept by their nodes for it, 40
+/// bytes each. Oracle: that function.
 void describe_slivers(const PartedCells& cells, const RestOfCells& rest, Comparison& c, const Context& context);
 
 }  // namespace isopach

@@ -213,7 +213,10 @@ class TileSolver {
       bool is_clear = own_[1 - k].unsettled[q] == 0;
       for_touching(t, leaving_[k], fine[q],
                    [&](Index i) { is_clear = is_clear && !t.is_ghost(i) && own_[k].settled[i] != 0; });
-      if (!is_clear) for_touching(t, leaving_[k], fine[q], [&](Index i) { if (is_final(i)) counts_[k][i] = 0; });
+      if (!is_clear)
+        for_touching(t, leaving_[k], fine[q], [&](Index i) {
+          if (is_final(i)) counts_[k][i] = 0;
+        });
     }
     open_fine_[1 - k] = Flags(fine.size(), 0);
     for (std::size_t q = 0; q < fine.size(); ++q) {
@@ -326,10 +329,10 @@ class TileSolver {
   Pair pair_;
   std::array<OwnKnowledge, 2> own_;
   std::array<Array<HalfEdge>, 2> leaving_;
-  std::array<Flags, 2> known_;      // by node: its height in the other scan, and that it lies inside both
-  std::array<Flags, 2> wanted_;     // by node: corners of cells that are not final
-  std::array<Flags, 2> counts_;     // by real triangle: its part in ρ_dV is final
-  std::array<Flags, 2> open_fine_;  // by node: in a triangle of the other scan whose part is not
+  std::array<Flags, 2> known_;        // by node: its height in the other scan, and that it lies inside both
+  std::array<Flags, 2> wanted_;       // by node: corners of cells that are not final
+  std::array<Flags, 2> counts_;       // by real triangle: its part in ρ_dV is final
+  std::array<Flags, 2> open_fine_;    // by node: in a triangle of the other scan whose part is not
   std::array<Flags, 2> open_coarse_;  // by node: on such a triangle of its own scan
   UnitedNodes nodes_;
   Triangulation t_;
