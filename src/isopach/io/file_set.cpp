@@ -220,27 +220,27 @@ class Notes {
   void add(const std::vector<std::string>& notes, const std::string& path) {
     for (const std::string& note : notes) {
       const std::string own = note.starts_with(path + ": ") ? note.substr(path.size() + 2) : note;
-      const auto [at, is_new] = places_.emplace(own, kept_.size());
-      if (is_new) kept_.push_back({own, path, 0});
-      ++kept_[at->second].files;
+      const auto [at, is_new] = places_.emplace(own, rows_.size());
+      if (is_new) rows_.push_back({own, path, 0});
+      ++rows_[at->second].files;
     }
   }
   void put(std::vector<std::string>& into) const {
     constexpr std::size_t most = 20;
-    for (std::size_t k = 0; k < std::min(most, kept_.size()); ++k) {
-      const Note& note = kept_[k];
-      into.push_back(note.files == 1 ? fmt::format("{}: {}", note.path, note.text)
-                                     : fmt::format("{} and {} more: {}", note.path, note.files - 1, note.text));
+    for (std::size_t k = 0; k < std::min(most, rows_.size()); ++k) {
+      const Row& row = rows_[k];
+      into.push_back(row.files == 1 ? fmt::format("{}: {}", row.path, row.text)
+                                    : fmt::format("{} and {} more: {}", row.path, row.files - 1, row.text));
     }
-    if (kept_.size() > most) into.push_back(fmt::format("{} more notes on its files", kept_.size() - most));
+    if (rows_.size() > most) into.push_back(fmt::format("{} more notes on its files", rows_.size() - most));
   }
 
  private:
-  struct Note {
+  struct Row {
     std::string text, path;
     std::size_t files;
   };
-  std::vector<Note> kept_;
+  std::vector<Row> rows_;
   std::map<std::string, std::size_t> places_;
 };
 
