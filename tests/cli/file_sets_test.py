@@ -51,9 +51,9 @@ class FileSets(CliTest):
             self.assertEqual(self.path("tiles/" + name).read_bytes(), content)
 
     def test_failures_name_what_is_wrong(self):
-        self.fails(2, "compare", "tiles/*.las", self.b, says=["tiles/*.las", "no file"])
+        self.fails(3, "compare", "tiles/*.las", self.b, says=["tiles/*.las", "no file"])
         self.path("empty").mkdir()
-        self.fails(2, "compare", "empty", self.b, says=["empty", "no scan"])
+        self.fails(3, "compare", "empty", self.b, says=["empty", "no scan"])
         self.path("gone.txt").write_text("tiles/0.xyz\ntiles/7.xyz\n")
         self.fails(3, "compare", "gone.txt", self.b, says=["gone.txt", "tiles/7.xyz", "no such file"])
         self.path("far.txt").write_text("https://example.com/a.laz\n")

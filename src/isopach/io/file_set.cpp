@@ -28,7 +28,11 @@ bool is_catalogue_name(const std::string& path) {
   return end == ".vpc" || end == ".json";
 }
 
-bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+bool is_pattern(const std::string& text) {
+  const std::size_t open = text.find('[');
+  return text.find_first_of("*?") != std::string::npos ||
+         (open != std::string::npos && text.find(']', open) != std::string::npos);
+}
 
 bool is_folder(const std::string& path) {
   std::error_code ignored;
@@ -113,7 +117,7 @@ std::vector<std::string> scans_in(const std::string& folder) {
   if (failure)
     throw InputError(fmt::format("{}: the folder cannot be read ({})", printable(folder), failure.message()));
   if (found.empty())
-    throw UsageError(
+    throw InputError(
         fmt::format("{}: no scan in this folder: it holds none of .las, .laz, .ply, .xyz, .tif, …; name "
                     ".txt and .csv files by a pattern, '*.txt'",
                     printable(folder)));
@@ -127,7 +131,7 @@ std::vector<std::string> matches(const std::string& pattern) {
   ::globfree(&found);
   std::erase_if(paths, is_folder);
   if (paths.empty())
-    throw UsageError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
+    throw InputError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
   return paths;
 }
 
