@@ -316,6 +316,13 @@ def laz():
         yield f"one-point-less-{fmt}", [fmt, 0, 0, 0, 0]
 
 
+def blocks():
+    for make in (ply, text_files, las):
+        for name, data in make():
+            if make is not las or "6" in name:
+                yield f"{name}-{make.__name__.split('_')[0]}", data
+
+
 def stac():
     def item(**assets):
         return {"type": "Feature", "stac_version": "1.0.0", "id": "tile", "properties": {"pc:count": 4, "proj:bbox": [0, 0, 0, 1, 1, 1]},
@@ -335,7 +342,7 @@ def stac():
 TARGETS = {"ply": ply, "pcd": pcd, "stl": stl, "obj": obj, "text": text_files, "las": las, "laz": laz, "raster": raster, "polygons": polygons,
            "weights": weights, "pose": pose, "config": config, "compare": compare, "distance": distance, "match": match,
            "accuracy": accuracy, "roughness": roughness, "asymmetry": asymmetry, "sequence": sequence, "combine": combine,
-           "stac": stac}
+           "stac": stac, "blocks": blocks}
 
 
 def main():

@@ -28,7 +28,11 @@ bool is_catalogue_name(const std::string& path) {
   return end == ".vpc" || end == ".json";
 }
 
-bool is_pattern(const std::string& text) { return text.find_first_of("*?[") != std::string::npos; }
+bool is_pattern(const std::string& text) {
+  const std::size_t open = text.find('[');
+  return text.find_first_of("*?") != std::string::npos ||
+         (open != std::string::npos && text.find(']', open) != std::string::npos);
+}
 
 bool is_folder(const std::string& path) {
   std::error_code ignored;
@@ -113,7 +117,7 @@ std::vector<std::string> scans_in(const std::string& folder) {
   if (failure)
     throw InputError(fmt::format("{}: the folder cannot be read ({})", printable(folder), failure.message()));
   if (found.empty())
-    throw UsageError(
+    throw InputError(
         fmt::format("{}: no scan in this folder: it holds none of .las, .laz, .ply, .xyz, .tif, …; name "
                     ".txt and .csv files by a pattern, '*.txt'",
                     printable(folder)));
@@ -127,7 +131,7 @@ std::vector<std::string> matches(const std::string& pattern) {
   ::globfree(&found);
   std::erase_if(paths, is_folder);
   if (paths.empty())
-    throw UsageError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
+    throw InputError(fmt::format("{}: no file has such a name: check the pattern", printable(pattern)));
   return paths;
 }
 
@@ -220,27 +224,27 @@ class Notes {
   void add(const std::vector<std::string>& notes, const std::string& path) {
     for (const std::string& note : notes) {
       const std::string own = note.starts_with(path + ": ") ? note.substr(path.size() + 2) : note;
-      const auto [at, is_new] = places_.emplace(own, kept_.size());
-      if (is_new) kept_.push_back({own, path, 0});
-      ++kept_[at->second].files;
+      const auto [at, is_new] = places_.emplace(own, rows_.size());
+      if (is_new) rows_.push_back({own, path, 0});
+      ++rows_[at->second].files;
     }
   }
   void put(std::vector<std::string>& into) const {
     constexpr std::size_t most = 20;
-    for (std::size_t k = 0; k < std::min(most, kept_.size()); ++k) {
-      const Note& note = kept_[k];
-      into.push_back(note.files == 1 ? fmt::format("{}: {}", note.path, note.text)
-                                     : fmt::format("{} and {} more: {}", note.path, note.files - 1, note.text));
+    for (std::size_t k = 0; k < std::min(most, rows_.size()); ++k) {
+      const Row& row = rows_[k];
+      into.push_back(row.files == 1 ? fmt::format("{}: {}", row.path, row.text)
+                                    : fmt::format("{} and {} more: {}", row.path, row.files - 1, row.text));
     }
-    if (kept_.size() > most) into.push_back(fmt::format("{} more notes on its files", kept_.size() - most));
+    if (rows_.size() > most) into.push_back(fmt::format("{} more notes on its files", rows_.size() - most));
   }
 
  private:
-  struct Note {
+  struct Row {
     std::string text, path;
     std::size_t files;
   };
-  std::vector<Note> kept_;
+  std::vector<Row> rows_;
   std::map<std::string, std::size_t> places_;
 };
 

@@ -11,25 +11,22 @@ namespace isopach {
 
 /// The files that a word names, sorted by their canonical paths, so that the order does not depend on how they were
 /// named:
-///   a file               itself, unseen; also a pipe, and what is not there: whoever reads it says so
-///   a folder             the scans in it by their extensions, not those in folders below. Files .txt and .csv, which
-///   may
-///                        be anything, are left out: a pattern names them
-///   a pattern            '2012/*.laz': what a shell makes of * ? [ ]. A file that has such a name goes first
-///   list.txt             one file, folder, pattern, list or catalogue a line, relative to the list; # begins a
-///   comment.
-///                        A list is told from a text of points by its first line that is neither blank nor a comment:
-///                        it is no row of numbers, and ends with the extension of a scan or a catalogue, or names what
-///                        is there
-///   catalogue.vpc, .json virtual point cloud or other STAC 1.0 text: FeatureCollection, Feature (an item), or the
-///   links
-///                        "item" and "child" of a Catalog or Collection. Of an item the asset "data", else assets with
-///                        the role "data", else those that are scans by their extension; hrefs relative to the
-///                        catalogue. A .json file without "stac_version" is none: it is a file
-/// Throws UsageError (exit 2): a pattern that nothing matches, a folder without scans. Throws InputError (exit 3),
-/// which names the list or catalogue and the entry: a file that is not there, one that is named twice (by any path), a
-/// list that contains itself, an address (https://, s3://), what is no JSON or no STAC. Cost: of names and of these
-/// texts alone; no scan is opened. Oracle: FileSet.* (tests/io/file_set_test.cpp).
+///   - A file: itself, unseen; also a pipe, and what is not there: whoever reads it says so.
+///   - A folder: the scans in it by their extensions, not those in folders below. Files .txt and .csv, which may be
+///     anything, are left out: a pattern names them.
+///   - A pattern, '2012/*.laz': what a shell makes of * ? [ ]. A file that has such a name goes first.
+///   - A list, .txt: one file, folder, pattern, list or catalogue a line, relative to the list; # begins a comment. It
+///     is told from a text of points by its first line that is neither blank nor a comment: that is no row of numbers,
+///     and ends with the extension of a scan or a catalogue, or names what is there.
+///   - A catalogue, .vpc or .json: virtual point cloud or other STAC 1.0 text, that is a FeatureCollection, a Feature
+///     (an item), or the links "item" and "child" of a Catalog or Collection. Of an item the asset "data", else assets
+///     with the role "data", else those that are scans by their extension; hrefs are relative to the catalogue. A .json
+///     file without "stac_version" is none: it is a file.
+///
+/// Throws InputError (exit 3): a pattern that nothing matches, a folder without scans; of a list or catalogue, which is
+/// named with the entry, a file that is not there or is named twice (by any path), a list that contains itself, an
+/// address (https://, s3://), what is no JSON or no STAC. Cost: of names and of these texts alone; no scan is opened.
+/// Oracle: FileSet.* (tests/io/file_set_test.cpp).
 [[nodiscard]] std::vector<std::string> files_of(const std::string& what);
 
 /// Is a word more than the name of one scan: a folder, a pattern, a list or a catalogue?

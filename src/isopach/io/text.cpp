@@ -354,7 +354,10 @@ class TextSource : public PointSource {
   void end(Cloud& cloud) override {
     if (count_ == 0) no_points(name_);
     rows_->note(cloud);
-    if (!layout_.note.empty()) cloud.notes.push_back(layout_.note);
+    const auto put = [&](const std::string& note) {
+      if (!note.empty()) cloud.notes.push_back(note);
+    };
+    put(layout_.note);
     if (layout_.announced && *layout_.announced != count_)
       cloud.notes.push_back(fmt::format("{}: announces {} points but holds {}", name_, *layout_.announced, count_));
   }
