@@ -5,6 +5,7 @@
 #include <functional>
 
 #include "isopach/compare/compare.hpp"
+#include "isopach/overlay/border.hpp"
 #include "isopach/report/draw/raster.hpp"
 #include "tests/support/clouds.hpp"
 
@@ -55,37 +56,65 @@ TEST(Scanned, HatchedIsWhatOneScanHasPointsFor) {
   EXPECT_EQ(s.hole, Cover::none) << "a hole in both";
 }
 
-/// The largest distance from a hatched place to the nearest point of either scan: of a lagoon of radius 25 that neither
-/// scan has points in, and whose shores differ a little between them; A alone goes on to x = 100.
-double farthest_hatched(std::uint64_t seed) {
-  const auto dry = [](double x, double y, double turn) {
-    const double angle = std::atan2(y - 50, x - 40);
-    return std::hypot(x - 40, y - 50) > 25 + 2 * std::sin(7 * angle + turn);
-  };
-  const Cloud a = sampled(seed, [&](double x, double y) { return dry(x, y, 0); });
-  const Cloud b = sampled(seed + 100, [&](double x, double y) { return dry(x, y, 2) && x < 85; });
-  CompareOptions o;
-  o.check_layers = false;
-  const Comparison c = compare(a, b, o, {});
-  const Point3 corner = c.frame.to_field({0, 100, 0});
-  const CellRaster raster = rasterise(c.cells, {corner.x, corner.y, 1, 100, 100});
-  double farthest = 0;
-  for (std::size_t i = 0; i < raster.cover.size(); ++i) {
-    if (raster.cover[i] != Cover::footprint) continue;
-    const double x = static_cast<double>(i % 100) + 0.5, y = 99.5 - static_cast<double>(i / 100);
-    double nearest = 1e9;
-    for (const Cloud* cloud : {&a, &b})
-      for (const Point3& p : cloud->points) nearest = std::min(nearest, std::hypot(p.x - x, p.y - y));
-    farthest = std::max(farthest, nearest);
+/// Points of the square 0…100 but in a lagoon, whose shore differs a little from scan to scan; up to x = `end`.
+Points dry(std::size_t n, std::uint64_t seed, double turn, double end) {
+  Points points;
+  for (const Point2& p : uniform(n, seed)) {
+    const Point2 at{100 * p.x, 100 * p.y};
+    const double angle = std::atan2(at.y - 50, at.x - 40);
+    if (std::hypot(at.x - 40, at.y - 50) > 25 + 2 * std::sin(7 * angle + turn) && at.x < end) points.push_back(at);
   }
-  return farthest;
+  return points;
 }
 
-TEST(Scanned, NoPlaceOfALagoonIsHatched) {
-  for (const std::uint64_t seed : {1, 2, 3, 4, 5}) {
-    const double farthest = farthest_hatched(seed);
-    EXPECT_GT(farthest, 0) << "what A alone has points for is hatched";
-    EXPECT_LT(farthest, 4) << "points lie 1.3 apart; seed " << seed;
+/// Whether a scan by itself has a place within its border.
+class Within {
+ public:
+  explicit Within(const Points& points)
+      : s_(triangulate_unsorted(points, {})), f_(footprint(s_.triangulation, s_.xy, true, {}, {})) {}
+  [[nodiscard]] bool operator()(const Point2& p) const {
+    for (Index t = 0; t < s_.triangulation.real; ++t) {
+      const auto& v = s_.triangulation.triangles[t].v;
+      bool in = f_.keeps(t);
+      for (std::size_t k = 0; k < 3 && in; ++k) {
+        const Point2 &a = s_.xy[v[k]], &b = s_.xy[v[(k + 1) % 3]];
+        in = (b.x - a.x) * (p.y - a.y) - (b.y - a.y) * (p.x - a.x) > 0;
+      }
+      if (in) return true;
+    }
+    return false;
+  }
+
+ private:
+  SortedTriangulation s_;
+  Footprint f_;
+};
+
+TEST(Scanned, EveryPixelIsWhatTheBordersOfBothScansSay) {
+  // Of a lagoon that both lack; the coarse scan's border runs through cells between the shores.
+  struct Case {
+    std::size_t a, b;
+    std::uint64_t seed;
+  };
+  for (const Case& x : {Case{150, 3000, 1}, Case{3000, 200, 2}, Case{400, 400, 3}, Case{80, 1500, 4}}) {
+    const Points a = dry(x.a, x.seed, 0, 101), b = dry(x.b, x.seed + 100, 2, 85);
+    const auto flat = [](const Point2&) { return 1; };
+    CompareOptions o;
+    o.check_layers = false;
+    const Comparison c = compare(cloud_over(a, flat), cloud_over(b, flat), o, {});
+    const Point3 corner = c.frame.to_field({0.013, 100.017, 0});
+    const CellRaster raster = rasterise(c.cells, {corner.x, corner.y, 1, 100, 100});
+    const Within in_a(a), in_b(b);
+    std::size_t hatched = 0, wrong = 0;
+    for (std::size_t i = 0; i < raster.cover.size(); ++i) {
+      const Point2 p{0.513 + static_cast<double>(i % 100), 99.517 - static_cast<double>(i / 100)};
+      const int scans = (in_a(p) ? 1 : 0) + (in_b(p) ? 1 : 0);
+      const Cover expected = scans == 2 ? Cover::domain : scans == 1 ? Cover::footprint : Cover::none;
+      hatched += expected == Cover::footprint ? 1 : 0;
+      wrong += raster.cover[i] != expected ? 1 : 0;
+    }
+    EXPECT_GT(hatched, 1000u);
+    EXPECT_EQ(wrong, 0u) << x.a << " and " << x.b << " points";
   }
 }
 
