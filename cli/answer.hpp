@@ -2,6 +2,7 @@
 // verb keeps it and asks.
 #pragma once
 #include <cstddef>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -19,7 +20,9 @@
 #include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/distance/distance.hpp"
+#include "isopach/io/raster_layers.hpp"
 #include "isopach/match/matching.hpp"
+#include "isopach/measure/parted_cells.hpp"
 #include "isopach/report/accuracy.hpp"
 
 namespace isopach::cli {
@@ -65,6 +68,7 @@ struct CompareAnswer : Answer {
 /// A comparison that was made in tiles: numbers, without the cells.
 struct TiledAnswer : Answer {
   Comparison comparison;
+  std::optional<RasterLayers> raster;  ///< of --raster
   std::vector<Tolerance> tolerances;
 
   [[nodiscard]] std::string json(const std::vector<std::string>& outputs) const override;
@@ -72,7 +76,14 @@ struct TiledAnswer : Answer {
   [[nodiscard]] std::vector<std::string> warnings() const override { return comparison.warnings; }
   void deliver(const Delivery& delivery, OutputFolder* folder, Run& run) override;
   void require() const override;
+
+  /// What is to be kept of the cells of all tiles.
+  [[nodiscard]] std::function<void(const PartedCells& cells, const Comparison& c)> look(const Delivery& delivery,
+                                                                                        const Context& context);
 };
+
+/// Files that need the cells of a comparison in one place: UsageError, naming the option.
+void refuse_files_of_cells(const Delivery& delivery);
 
 struct MatchAnswer : Answer {
   CloudView moving, fixed;

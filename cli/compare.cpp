@@ -338,12 +338,14 @@ int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<
     throw UsageError(
         "--match: scans that are compared in tiles are given their pose: match samples first, then --pose");
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
+  refuse_files_of_cells(request.delivery);
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(tolerances);
   request.options.keep_points = false;
   std::unique_ptr<OutputFolder> folder;
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
-  answer->comparison = compare_in_tiles(request.path_a, request.path_b, request.options, limits, run.context());
+  answer->comparison = compare_in_tiles(request.path_a, request.path_b, request.options, limits,
+                                        answer->look(request.delivery, run.context()), run.context());
   return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 
@@ -364,7 +366,7 @@ int run_compare(const Arguments& arguments) {
   command.option_with(
       "--max-memory", "SIZE", [&](const std::string& text) { limits.memory = parse_size(text, "--max-memory"); },
       "Compare in tiles, on disk, where the scans together would take more memory than this, e.g. 8G: the same result, "
-      "without map, cells and points");
+      "as numbers and --raster: without map, cells and points");
   add_match_options(command, request.matching);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;

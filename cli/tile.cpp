@@ -3,6 +3,7 @@
 #include <sys/resource.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <filesystem>
 #include <memory>
@@ -21,6 +22,7 @@
 #include "isopach/base/option_key.hpp"
 #include "isopach/io/input_file.hpp"
 #include "isopach/io/output_file.hpp"
+#include "isopach/report/layers.hpp"
 #include "isopach/report/page/text.hpp"
 #include "isopach/tiles/solve.hpp"
 
@@ -281,6 +283,11 @@ int reduce(const Arguments& arguments) {
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Output");
   add_result_options(command, delivery, "Folder for result.json and histogram.csv; made if it is not there");
+  command
+      .option("--raster", "STEP", delivery.raster,
+              "Also difference.tif: a GeoTIFF of d, coverage and both heights; each pixel is the exact mean over what was "
+              "measured of it. Side of the pixels, in the unit of x and y")
+      .check(positive());
   command.flag("--allow-missing", allow_missing,
                "Compare the points of the tiles that are done, although others are missing; the result says so");
   add_run_options(command, options);
@@ -289,11 +296,13 @@ int reduce(const Arguments& arguments) {
   const Job job = read_job(folder, run.context());
   check_inputs(job);
   JobOptions asked(job.words);
+  check_layers(delivery, asked.request.options.project);
   std::unique_ptr<OutputFolder> output;
   if (!delivery.output.empty()) output = std::make_unique<OutputFolder>(delivery.output);
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(asked.tolerances);
-  answer->comparison = reduce_job(job, asked.request.options, allow_missing, run.context());
+  answer->comparison = reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()),
+                                  run.context());
   return finish(std::move(answer), delivery, output.get(), run);
 }
 
@@ -366,6 +375,10 @@ void TiledAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& r
   std::string result;
   if (folder != nullptr) {
     folder->write_text("histogram.csv", histogram_csv(comparison));
+    if (raster) {
+      write_raster_layers(folder->path("difference.tif"), *raster, run.context());
+      folder->write_text("difference.qml", raster_style(comparison, delivery.map));
+    }
     static_cast<void>(folder->path("result.json"));
     result = json(folder->names());
     folder->write_text("result.json", result);
@@ -379,6 +392,29 @@ void TiledAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& r
   } else {
     for (const std::string& warning : comparison.warnings) run.warn(warning);
   }
+}
+
+std::function<void(const PartedCells& cells, const Comparison& c)> TiledAnswer::look(const Delivery& delivery,
+                                                                                     const Context& context) {
+  if (!(delivery.raster > 0)) return {};
+  return [this, step = delivery.raster, &context](const PartedCells& cells, const Comparison& c) {
+    raster = difference_layers(cells, c, step, context);
+  };
+}
+
+void refuse_files_of_cells(const Delivery& delivery) {
+  const std::array<std::pair<const char*, bool>, 8> asked{{{"pdf", delivery.pdf},
+                                                           {"svg", delivery.svg},
+                                                           {"extent", delivery.map.extent.has_value()},
+                                                           {"report", delivery.short_report},
+                                                           {"contours", delivery.contours > 0},
+                                                           {"profile", !delivery.profile.empty()},
+                                                           {"outlines", delivery.outlines},
+                                                           {"vtu", delivery.vtu}}};
+  for (const auto& [name, is_asked] : asked)
+    if (is_asked)
+      throw UsageError(fmt::format("--{}: a comparison in tiles has no cells to make it of: leave it out, or take --raster",
+                                   name));
 }
 
 void TiledAnswer::require() const {

@@ -417,7 +417,7 @@ class Reducer {
   Reducer(const Job& job, const CompareOptions& options, const Context& context)
       : job_(job), options_(options), context_(context) {}
 
-  Comparison run(bool allow_missing) {
+  Comparison run(bool allow_missing, const LookAtCells& look) {
     const std::vector<std::size_t> done = tiles_done(allow_missing);
     Comparison c;
     c.options = options_;
@@ -438,6 +438,7 @@ class Reducer {
       context_.step("reading parts", static_cast<double>(tiles.parts.size()) / static_cast<double>(done.size()));
     }
     describe(tiles.parts, done, c);
+    if (look) tiles.look = [&](const PartedCells& all) { look(all, c); };
     hint_at_matching(join_tiles(std::move(tiles), c, context_), c);
     if (done.size() < job_.tiles.size())
       c.warnings.push_back(fmt::format("{} of {} tiles are missing: their points are no part of this comparison",
@@ -633,8 +634,9 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
   say_failed(job.tile_file(k, "failed"), "");
 }
 
-Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing, const Context& context) {
-  return Reducer(job, options, context).run(allow_missing);
+Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing, const LookAtCells& look,
+                      const Context& context) {
+  return Reducer(job, options, context).run(allow_missing, look);
 }
 
 std::optional<std::uint64_t> points_stated(const std::string& a, const std::string& b, const CompareOptions& options,
@@ -670,7 +672,7 @@ class PassingFolder {
 }  // namespace
 
 Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
-                            const JobLimits& limits, const Context& context) {
+                            const JobLimits& limits, const LookAtCells& look, const Context& context) {
   const PassingFolder folder;
   const Job job = plan_job(a, b, options, {}, limits, folder.path(), context);
   Context quiet = context;
@@ -682,7 +684,7 @@ Comparison compare_in_tiles(const std::string& a, const std::string& b, const Co
   }
   context.step("joining tiles", 0);
   check_inputs(job);
-  return reduce_job(job, options, false, context);
+  return reduce_job(job, options, false, look, context);
 }
 
 }  // namespace isopach::cli

@@ -8,6 +8,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -16,6 +17,7 @@
 #include "isopach/base/context.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/field/height_field.hpp"
+#include "isopach/measure/parted_cells.hpp"
 #include "isopach/tiles/squares.hpp"
 
 namespace isopach::cli {
@@ -83,10 +85,13 @@ void check_inputs(const Job& job);
 /// Does tile k unless it is done. Files appear whole.
 void run_tile(const Job& job, std::size_t k, const CompareOptions& options, const Context& context);
 
+/// What becomes of the cells of all tiles, with the comparison that they are of.
+using LookAtCells = std::function<void(const PartedCells& cells, const Comparison& c)>;
+
 /// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are
 /// missing, unless `allow_missing`: then the points of the others are compared, and a warning says so.
 [[nodiscard]] Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing,
-                                    const Context& context);
+                                    const LookAtCells& look, const Context& context);
 
 /// What of the points of both scans is known without reading them; nothing where one of their files does not say.
 [[nodiscard]] std::optional<std::uint64_t> points_stated(const std::string& a, const std::string& b,
@@ -94,6 +99,6 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
 
 /// All steps on this machine, in a folder that is removed at the end, however that comes.
 [[nodiscard]] Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
-                                          const JobLimits& limits, const Context& context);
+                                          const JobLimits& limits, const LookAtCells& look, const Context& context);
 
 }  // namespace isopach::cli

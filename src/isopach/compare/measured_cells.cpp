@@ -260,8 +260,14 @@ MeasuredCells in_order(MeasuredCells cells) {
 
 PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context) {
   PixelSums sums;
+  add_over_pixels(mesh, grid, sums, context);
+  return sums;
+}
+
+void add_over_pixels(const MeshView& mesh, const PixelGrid& grid, PixelSums& sums, const Context& context) {
   const std::size_t pixels = grid.columns * grid.rows;
-  for (Array<double>* values : {&sums.area, &sums.z1, &sums.z2, &sums.d}) values->assign(pixels, 0.0);
+  if (sums.area.empty())
+    for (Array<double>* values : {&sums.area, &sums.z1, &sums.z2, &sums.d}) values->assign(pixels, 0.0);
   Part low, high, left, right;
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % check_every == 0) context.check();
@@ -272,7 +278,6 @@ PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Con
                      [&](std::size_t column, const Part& piece) { add(piece, column + grid.columns * row, sums); });
                });
   }
-  return sums;
 }
 
 HeightsAt heights_at(const MeshView& mesh, std::span<const Point2> places, const Context& context) {

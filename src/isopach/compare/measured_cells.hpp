@@ -49,6 +49,8 @@ struct PixelSums {
 /// net volume, and that of `area` the area, up to rounding, whatever the grid. Cells beyond the grid are left out.
 /// Cost: O(cells + pixels they touch). Oracle: tests/compare/measured_cells_test.cpp, tests/python/results_test.py.
 [[nodiscard]] PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context);
+/// The same, added to sums of the grid; they may be empty.
+void add_over_pixels(const MeshView& mesh, const PixelGrid& grid, PixelSums& sums, const Context& context);
 
 /// Both heights at places; NaN where no cell is. On a side that cells share, those of the first one. Exact in which
 /// cell holds a place. Cost: O(cells + places).

@@ -71,36 +71,102 @@ void require_map_direction(const ProjectOptions& options, const std::string& opt
                    "@pose");
 }
 
-RasterLayers difference_layers(const Comparison& c, double step, const Context& context) {
-  const MeasuredCells cells = in_order(measured_cells(c));
-  const Box2 box = box_of(cells);
-  const Span across(box.min.x, box.max.x, cells.offset[0], step), up(box.min.y, box.max.y, cells.offset[1], step);
-  if (!(across.count * up.count <= most_pixels))
-    throw UsageError(fmt::format("@raster: {:.4g} by {:.4g} pixels are too many: choose a larger step than {}",
-                                 across.count, up.count, step));
-  const PixelGrid grid{across.first * step - cells.offset[0], up.first * step - cells.offset[1], step,
-                       static_cast<std::size_t>(across.count), static_cast<std::size_t>(up.count)};
-  const PixelSums sums = sum_over_pixels(view_of(cells), grid, context);
+namespace {
+
+/// Pixels that cover a box of the frame, and where they lie in the input.
+struct MapGrid {
+  PixelGrid pixels;
+  std::array<double, 6> geotransform{};
+
+  MapGrid(const Box2& box, const std::array<double, 3>& offset, double step) {
+    const Span across(box.min.x, box.max.x, offset[0], step), up(box.min.y, box.max.y, offset[1], step);
+    if (!(across.count * up.count <= most_pixels))
+      throw UsageError(fmt::format("@raster: {:.4g} by {:.4g} pixels are too many: choose a larger step than {}",
+                                   across.count, up.count, step));
+    pixels = {across.first * step - offset[0], up.first * step - offset[1], step,
+              static_cast<std::size_t>(across.count), static_cast<std::size_t>(up.count)};
+    geotransform = {across.first * step, step, 0, (up.first + up.count) * step, 0, -step};
+  }
+};
+
+/// d, coverage, z_a, z_b.
+RasterLayers layers_of(const MapGrid& grid, const PixelSums& sums, double height_offset, const Comparison& c) {
   RasterLayers layers;
-  layers.columns = grid.columns, layers.rows = grid.rows;
-  layers.geotransform = {across.first * step, step, 0, (up.first + up.count) * step, 0, -step};
+  const double step = grid.pixels.step;
+  layers.columns = grid.pixels.columns, layers.rows = grid.pixels.rows;
+  layers.geotransform = grid.geotransform;
   layers.crs = c.a.crs.empty() ? c.b.crs : c.a.crs;
   const std::string unit = height_unit(c) == "unknown" ? "" : height_unit(c);
   const auto mean = [&](const Array<double>& of, double offset) {
-    return from_top(grid, [&](std::size_t i) { return sums.area[i] > 0 ? of[i] / sums.area[i] + offset : nan; });
+    return from_top(grid.pixels, [&](std::size_t i) { return sums.area[i] > 0 ? of[i] / sums.area[i] + offset : nan; });
   };
-  const auto add = [&](const char* name, const std::string& of, Array<double> values) {
-    layers.bands.push_back({name, of, std::move(values)});
-  };
-  add("d", unit, mean(sums.d, 0));
-  add("coverage", "", from_top(grid, [&](std::size_t i) { return sums.area[i] / (step * step); }));
-  add("z_a", unit, mean(sums.z1, cells.offset[2]));
-  add("z_b", unit, mean(sums.z2, cells.offset[2]));
-  if (cells.lod.empty()) return layers;
-  const Array<double> level = level_over(cells, grid, context);
-  add("lod", unit, mean(level, 0));
-  add("significance", "", from_top(grid, [&](std::size_t i) { return level[i] > 0 ? sums.d[i] / level[i] : nan; }));
+  layers.bands.push_back({"d", unit, mean(sums.d, 0)});
+  layers.bands.push_back(
+      {"coverage", "", from_top(grid.pixels, [&](std::size_t i) { return sums.area[i] / (step * step); })});
+  layers.bands.push_back({"z_a", unit, mean(sums.z1, height_offset)});
+  layers.bands.push_back({"z_b", unit, mean(sums.z2, height_offset)});
   return layers;
+}
+
+/// Some cells of a part with nodes of their own.
+MeasuredCells cells_of(const CellPart& part, std::size_t begin, std::size_t end) {
+  MeasuredCells cells;
+  for (std::size_t i = begin; i < end; ++i) {
+    std::array<std::int32_t, 3> t{};
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Index v = part.triangles[i][k];
+      t[k] = static_cast<std::int32_t>(cells.xy.size());
+      cells.xy.push_back(part.xy[v]), cells.z1.push_back(part.z1[v]), cells.z2.push_back(part.z2[v]);
+    }
+    cells.triangles.push_back(t);
+  }
+  return cells;
+}
+
+/// f(mesh) for all cells, some hundred thousand at a time.
+template <class F>
+void for_meshes(const PartedCells& parted, const MeasuredCells& rest, const Context& context, F&& f) {
+  constexpr std::size_t some = std::size_t{1} << 18;
+  for (std::size_t begin = 0; begin < parted.in_parts(); begin += some) {
+    context.check();
+    parted.visit(begin, std::min(begin + some, parted.in_parts()), [&](const auto& view, std::size_t from, std::size_t to) {
+      if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>) f(cells_of(view, from, to));
+    });
+  }
+  f(rest);
+}
+
+}  // namespace
+
+RasterLayers difference_layers(const Comparison& c, double step, const Context& context) {
+  const MeasuredCells cells = in_order(measured_cells(c));
+  const MapGrid grid(box_of(cells), cells.offset, step);
+  const PixelSums sums = sum_over_pixels(view_of(cells), grid.pixels, context);
+  RasterLayers layers = layers_of(grid, sums, cells.offset[2], c);
+  if (cells.lod.empty()) return layers;
+  const std::string unit = layers.bands[0].unit;
+  const Array<double> level = level_over(cells, grid.pixels, context);
+  layers.bands.push_back({"lod", unit, from_top(grid.pixels, [&](std::size_t i) {
+                            return sums.area[i] > 0 ? level[i] / sums.area[i] : nan;
+                          })});
+  layers.bands.push_back({"significance", "", from_top(grid.pixels, [&](std::size_t i) {
+                            return level[i] > 0 ? sums.d[i] / level[i] : nan;
+                          })});
+  return layers;
+}
+
+RasterLayers difference_layers(const PartedCells& parted, const Comparison& c, double step, const Context& context) {
+  const MeasuredCells rest = in_order(measured_cells(c));
+  Box2 box;
+  for_meshes(parted, rest, context, [&](const MeasuredCells& cells) {
+    if (!cells.triangles.empty()) box.add(box_of(cells));
+  });
+  const MapGrid grid(box.empty() ? box_of(rest) : box, rest.offset, step);
+  PixelSums sums;
+  for_meshes(parted, rest, context, [&](const MeasuredCells& cells) {
+    add_over_pixels(view_of(cells), grid.pixels, sums, context);
+  });
+  return layers_of(grid, sums, rest.offset[2], c);
 }
 
 std::string raster_style(const Comparison& c, const MapOptions& look) {

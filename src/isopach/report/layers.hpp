@@ -3,6 +3,7 @@
 #include <string>
 
 #include "isopach/io/raster_layers.hpp"
+#include "isopach/measure/parted_cells.hpp"
 #include "isopach/report/report.hpp"
 
 namespace isopach {
@@ -16,6 +17,11 @@ void require_map_direction(const ProjectOptions& options, const std::string& opt
 /// step. UsageError for more pixels than a raster can have. Cost O(cells + pixels they touch). Oracle:
 /// tests/report/layers_test.cpp.
 [[nodiscard]] RasterLayers difference_layers(const Comparison& c, double step, const Context& context);
+
+/// The same of cells in parts, of which the comparison has those alone that are in no part. Pixels are added up part by
+/// part: the last digit of one may depend on the tiles.
+[[nodiscard]] RasterLayers difference_layers(const PartedCells& cells, const Comparison& c, double step,
+                                             const Context& context);
 
 /// A style of QGIS for the first band of that: the colours of the map.
 [[nodiscard]] std::string raster_style(const Comparison& c, const MapOptions& look);

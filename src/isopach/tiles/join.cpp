@@ -78,6 +78,7 @@ class Joiner {
     const RestOfCells of_rest{common.counted, number_of(common.nodes)};
     describe_slivers(cells, of_rest, c_, context_);
     clock_.stop();
+    if (tiles_.look) tiles_.look(cells);
     return displacement(cells, of_rest);
   }
 

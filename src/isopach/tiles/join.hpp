@@ -1,6 +1,7 @@
 // join_tiles: the comparison of the whole from what its tiles found and passed up (docs/method/tiles.md).
 #pragma once
 #include <array>
+#include <functional>
 #include <optional>
 #include <vector>
 
@@ -17,6 +18,8 @@ struct TilesToJoin {
   /// Final cells of each, with first_node as nodes of T are counted from tile to tile.
   std::vector<PartedCellsPart> cells;
   std::array<bool, 2> is_raster{false, false};
+  /// Called with all cells, once `c` is what it becomes; may be empty.
+  std::function<void(const PartedCells& cells)> look;
 };
 
 /// The nodes passed up are triangulated once more. With the certified triangles of the tiles, the triangles of these
