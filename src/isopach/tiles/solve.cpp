@@ -213,10 +213,10 @@ class TileSolver {
       bool is_clear = own_[1 - k].unsettled[q] == 0;
       for_touching(t, leaving_[k], fine[q],
                    [&](Index i) { is_clear = is_clear && !t.is_ghost(i) && own_[k].settled[i] != 0; });
-      if (!is_clear)
-        for_touching(t, leaving_[k], fine[q], [&](Index i) {
-          if (is_final(i)) counts_[k][i] = 0;
-        });
+      if (is_clear) continue;
+      for_touching(t, leaving_[k], fine[q], [&](Index i) {
+        if (is_final(i)) counts_[k][i] = 0;
+      });
     }
     open_fine_[1 - k] = Flags(fine.size(), 0);
     for (std::size_t q = 0; q < fine.size(); ++q) {
@@ -229,7 +229,7 @@ class TileSolver {
 
   /// Nodes of scan k to pass up.
   [[nodiscard]] Flags passed_up(std::size_t k) const {
-    const Triangulation &own = mesh(k), &other = mesh(1 - k);
+    const Triangulation& own = mesh(k);
     Flags up = own_[k].around;
     const auto add = [&](const Flags& more) {
       for (std::size_t i = 0; i < up.size(); ++i) up[i] = up[i] != 0 || more[i] != 0 ? 1 : 0;
@@ -249,7 +249,6 @@ class TileSolver {
           if (v != no_index) up[v] = 1;
       });
     }
-    static_cast<void>(other);
     return up;
   }
 
