@@ -3,6 +3,7 @@
 import json
 import os
 import random
+import re
 import shutil
 import signal
 import subprocess
@@ -181,6 +182,20 @@ class Tiles(CliTest):
             for p, q in zip(one, other):
                 self.assertAlmostEqual(p, q, delta=1e-9 * max(1, abs(q)))
         self.assertTrue(self.path("tiled/difference.qml").exists())
+
+    def test_help(self):
+        overview = self.run_cli("tile", "--help").stdout
+        own = set()
+        for step in ["plan", "run", "status", "reduce", "script"]:
+            self.assertIn(f"\n  {step} ", overview)
+            text = self.run_cli("tile", step, "--help").stdout
+            for word in [f"Usage: isopach tile {step}", "--threads", "--config"]:
+                self.assertIn(word, text)
+            self.assertLessEqual(max(map(len, text.splitlines())), 120)
+            own |= set(re.findall(r"^ +(?:-\w )?(--[a-z-]+)", text, re.M))
+        compare = set(re.findall(r"^ +(?:-\w )?(--[a-z-]+)", self.run_cli("compare", "--help").stdout, re.M))
+        listed = set(re.findall(r"^ +(?:-\w )?(--[a-z-]+)", overview, re.M))
+        self.assertEqual(own - compare, listed - compare)
 
     def test_refusals(self):
         self.fails(2, "tile", says=["plan, run, status"])
