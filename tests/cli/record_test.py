@@ -19,8 +19,7 @@ SCRIPT = pathlib.Path(__file__).resolve().parents[2] / "scripts/checks/record"
 FAST = ["compare.both", "compare.noise-floor-overlay", "compare.currents", "compare.polygons-dv", "compare.gaussian", "compare.cubic",
         "match.icp-plane", "distance.plain", "refused.p*"]
 # How a run reports, and a table of names; other tests of this folder have them.
-NOT_HERE = {"--engine",  # scripts with absolute paths: tile_test.py
-            "--progress", "--palette", "--unit"}
+NOT_HERE = {"--progress", "--palette", "--unit"}
 PLACEHOLDERS = {"N", "S", "Nx", "LENGTH", "SHARE", "FILE", "REG", "DEGREES", "FORMULA"}
 
 
