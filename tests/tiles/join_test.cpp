@@ -13,11 +13,13 @@
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/geom/coordinate_hash.hpp"
+#include "isopach/io/read.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "isopach/tiles/join.hpp"
 #include "isopach/tiles/solve.hpp"
 #include "tests/support/clouds.hpp"
+#include "tests/support/shared_data.hpp"
 
 namespace isopach::test {
 namespace {
@@ -389,6 +391,25 @@ TEST(Tiles, OfSmallSetsOnBorders) {
     if (trial % 5 == 0) options.check_layers = false;
     expect_whole(a, b, options, {{1 + trial % 3, any}, {0, 5}});
   }
+}
+
+class TiledScans : public testing::TestWithParam<std::array<std::string, 2>> {};
+INSTANTIATE_TEST_SUITE_P(Real, TiledScans,
+                         testing::Values(std::array<std::string, 2>{"msh-dome/2.tif", "msh-dome/12.tif"},
+                                         std::array<std::string, 2>{"goast-faces/neutral.ply", "goast-faces/smile.ply"},
+                                         std::array<std::string, 2>{"santacruz/blanca_strip8706_120m.las",
+                                                                    "santacruz/blanca_strip8707_120m.las"},
+                                         std::array<std::string, 2>{"autzen-bmx/autzen-bmx-2010.las",
+                                                                    "autzen-bmx/autzen-bmx-2023.las"}));
+
+TEST_P(TiledScans, AreTheWhole) {
+  ISOPACH_SHARED_OR_SKIP(file_a, GetParam()[0]);
+  ISOPACH_SHARED_OR_SKIP(file_b, GetParam()[1]);
+  const Cloud a = read_cloud(file_a.string(), {}, {}), b = read_cloud(file_b.string(), {}, {});
+  CompareOptions options = of_numbers();
+  options.allow_crs = true;
+  const Joined joined = expect_whole(a, b, options, {{1, any}, {0, 20000}, {0, 900}});
+  EXPECT_GT(joined.tiles, 8U);
 }
 
 TEST(Tiles, RefuseWhatTheyCannotDoByName) {
