@@ -37,7 +37,7 @@ std::string words(const std::string& text, const Pen::Font& font, TextAlign alig
 SvgPen::SvgPen(int width, int height, const Rgb& background, const std::string& title) : ruler_(8, 8, background) {
   out_ = fmt::format(
       "<svg xmlns=\"http://www.w3.org/2000/svg\" width=\"{0}\" height=\"{1}\" viewBox=\"0 0 {0} {1}\" "
-      "font-family=\"'DejaVu Sans',Verdana,sans-serif\" xml:space=\"preserve\" role=\"img\">\n<title>{2}</title>\n",
+      "font-family=\"'DejaVu Sans',Verdana,sans-serif\" style=\"white-space:pre\" role=\"img\">\n<title>{2}</title>\n",
       width, height, escaped(title));
   box(0, 0, width, height, background);
 }
