@@ -401,6 +401,7 @@ int run_compare(const Arguments& arguments) {
   CloudView &a = answer->a, &b = answer->b;
   a = scan_named(request.path_a, wanted, run.context());
   b = scan_named(request.path_b, wanted, run.context());
+  if (!request.match && request.options.pose.is_identity()) check_extent(request.delivery.map, a, b);
   if (request.visible) {
     CloudView seen = visible_of(a, {}, b, request.options.project, run.context());
     b = visible_of(std::move(b), request.options.pose, a, request.options.project, run.context());

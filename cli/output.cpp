@@ -179,6 +179,25 @@ void check_layers(Delivery& delivery, const ProjectOptions& project) {
   if (!delivery.profile.empty() && delivery.line.empty()) delivery.line = read_line(delivery.profile, "--profile");
 }
 
+void check_extent(const MapOptions& map, const CloudView& a, const CloudView& b) {
+  if (!map.extent) return;
+  const Box2& asked = *map.extent;
+  Box2 there;
+  for (const CloudView* cloud : {&a, &b})
+    for (const Point3& p : cloud->points) {
+      if (!is_finite(p)) continue;
+      if (asked.min.x <= p.x && p.x <= asked.max.x && asked.min.y <= p.y && p.y <= asked.max.y) return;
+      there.add(Point2{p.x, p.y});
+    }
+  const auto text = [](const Box2& box) {
+    return fmt::format("{},{},{},{}", box.min.x, box.min.y, box.max.x, box.max.y);
+  };
+  throw UsageError(
+      fmt::format("--extent {}: no point of the scans lies in it{}: give x and y as in the files, or leave "
+                  "it out",
+                  text(asked), there.empty() ? "" : "; they lie in " + text(there)));
+}
+
 namespace {
 
 /// points_a.ply, and for LAS input points_a.las with the same fields as extra bytes.

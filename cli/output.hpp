@@ -102,6 +102,10 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
 /// kind that this build does not write. Reads the line of a profile.
 void check_layers(Delivery& delivery, const ProjectOptions& project);
 
+/// Before any work is done: UsageError where no point of the scans lies in the extent of the map. Where B is moved, its
+/// map may tell otherwise in the end.
+void check_extent(const MapOptions& map, const CloudView& a, const CloudView& b);
+
 /// Writes and prints all that `delivery` asks for. `folder` may hold files already; it is committed here. `matched`:
 /// how B was moved, which is then said; null: it was not.
 void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, const std::optional<Truth>& truth,

@@ -86,7 +86,7 @@ class Picture(CliTest):
 
     def test_frames_that_show_nothing(self):
         self.scans()
-        for extent, says in [("100,100,200,200", "the scans do not reach into it"), ("0,0,0,5", "min below max"), ("0,0,5", "--extent"),
+        for extent, says in [("100,100,200,200", "no point of the scans lies in it"), ("0,0,0,5", "min below max"), ("0,0,5", "--extent"),
                              ("5,0,0,5", "min below max"), ("0,nan,5,5", "nan"), ("0,0,1000,1", "would be a line")]:
             self.fails(2, "compare", "a.xyz", "b.xyz", "-o", "out", "--extent", extent, says=["--extent", says])
         self.fails(2, "compare", "a.xyz", "b.xyz", "-o", "out", "--extent", "0,0,9,9", "--direction", "fit",
