@@ -216,6 +216,18 @@ TEST_F(FileSet, ReadAsOneCloud) {
   EXPECT_EQ(one.format, "ply");
 }
 
+TEST_F(FileSet, EqualNotesAreToldOnce) {
+  EXPECT_EQ(join_notes({{"a.las", {"one", "two"}}}), (Names{"one", "two"}));
+  EXPECT_EQ(join_notes({{"a.las", {"one"}}, {"b.xyz", {"b.xyz: two", "one"}}, {"c.xyz", {"c.xyz: two", "one"}}}),
+            (Names{"a.las and 2 more: one", "b.xyz and 1 more: two"}));
+  std::vector<FileNotes> many;
+  for (int i = 0; i < 30; ++i) many.push_back({fmt::format("{}.las", i), {fmt::format("{} points", i)}});
+  const Names joined = join_notes(many);
+  ASSERT_EQ(joined.size(), 21u);
+  EXPECT_EQ(joined.front(), "0.las: 0 points");
+  EXPECT_EQ(joined.back(), "10 more notes on its files");
+}
+
 TEST_F(FileSet, ContradictingSystemsAreRefused) {
   scan("u/a.ply", "m"), scan("u/b.ply", "ft");
   const auto read = [&](const char* folder) { return read_set(files_of(file(folder)), file(folder), {}, {}); };

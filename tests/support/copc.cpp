@@ -7,6 +7,7 @@
 #include <fstream>
 #include <iterator>
 #include <map>
+#include <stdexcept>
 #include <vector>
 
 #include "isopach/io/las_format.hpp"
@@ -30,10 +31,20 @@ void append(std::string& bytes, const auto& value) {
   bytes.append(reinterpret_cast<const char*>(&value), sizeof value);
 }
 
+// A level holds four times as many points as the one above it, as many nodes as a surface has in it.
+std::int32_t level_of(Random& random, int levels) {
+  std::size_t points = 0, of_level = 1;
+  for (int k = 0; k < levels; ++k, of_level *= 4) points += of_level;
+  std::size_t place = random.below(points);
+  std::int32_t level = 0;
+  for (of_level = 1; place >= of_level; of_level *= 4) place -= of_level, ++level;
+  return level;
+}
+
 Key key_of(const LasFile& las, const char* record, std::size_t number, const CopcShape& shape) {
   const auto xyz = las_coordinates(las);
   Random random(number);
-  Key key{static_cast<std::int32_t>(random.below(static_cast<std::size_t>(shape.levels))), 0, 0, 0};
+  Key key{level_of(random, shape.levels), 0, 0, 0};
   const std::int32_t cubes = std::int32_t{1} << key[0];
   for (std::size_t axis = 0; axis < 3; ++axis) {
     const double before = xyz[axis].load(record) + las.scale[axis] * random.uniform(-0.5, 0.5);
@@ -51,6 +62,7 @@ Compressed compressed(const LasFile& las, const std::string& records, const std:
   const std::string plain = beside + ".part.las", packed = beside + ".part.laz";
   std::string bytes(las.head.data(), las.head.size());
   const std::size_t count = records.size() / las.record_length;
+  if (count > 50000) throw std::length_error("LASzip makes two chunks of so many points: take more levels");
   put(bytes, 107, std::uint32_t{0});
   put(bytes, 235, std::uint64_t{0}), put(bytes, 243, std::uint32_t{0});
   put(bytes, 247, static_cast<std::uint64_t>(count));

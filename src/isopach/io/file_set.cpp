@@ -218,36 +218,6 @@ bool differ(const std::string& one, const std::string& other) {
   return one != "unknown" && other != "unknown" && one != other;
 }
 
-// Equal notes once, with the number of files that have them.
-class Notes {
- public:
-  void add(const std::vector<std::string>& notes, const std::string& path) {
-    for (const std::string& note : notes) {
-      const std::string own = note.starts_with(path + ": ") ? note.substr(path.size() + 2) : note;
-      const auto [at, is_new] = places_.emplace(own, rows_.size());
-      if (is_new) rows_.push_back({own, path, 0});
-      ++rows_[at->second].files;
-    }
-  }
-  void put(std::vector<std::string>& into) const {
-    constexpr std::size_t most = 20;
-    for (std::size_t k = 0; k < std::min(most, rows_.size()); ++k) {
-      const Row& row = rows_[k];
-      into.push_back(row.files == 1 ? fmt::format("{}: {}", row.path, row.text)
-                                    : fmt::format("{} and {} more: {}", row.path, row.files - 1, row.text));
-    }
-    if (rows_.size() > most) into.push_back(fmt::format("{} more notes on its files", rows_.size() - most));
-  }
-
- private:
-  struct Row {
-    std::string text, path;
-    std::size_t files;
-  };
-  std::vector<Row> rows_;
-  std::map<std::string, std::size_t> places_;
-};
-
 // Drops the attributes of `all` that `part` has not, and appends points and values.
 void append(Cloud& all, const Cloud& part, std::set<std::string>& dropped) {
   const auto note_those_without = [&](const Cloud& has, const Cloud& other) {
@@ -311,6 +281,32 @@ void join_systems(ScanSystem& all, const ScanSystem& other) {
   if (all.vertical_unit == "unknown") all.vertical_unit = other.vertical_unit;
 }
 
+std::vector<std::string> join_notes(const std::vector<FileNotes>& files) {
+  if (files.size() == 1) return files.front().notes;
+  struct Row {
+    std::string text, path;
+    std::size_t files;
+  };
+  std::vector<Row> rows;
+  std::map<std::string, std::size_t> places;
+  for (const FileNotes& file : files)
+    for (const std::string& note : file.notes) {
+      const std::string own = note.starts_with(file.path + ": ") ? note.substr(file.path.size() + 2) : note;
+      const auto [at, is_new] = places.emplace(own, rows.size());
+      if (is_new) rows.push_back({own, file.path, 0});
+      ++rows[at->second].files;
+    }
+  constexpr std::size_t most = 20;
+  std::vector<std::string> joined;
+  for (std::size_t k = 0; k < std::min(most, rows.size()); ++k) {
+    const Row& row = rows[k];
+    joined.push_back(row.files == 1 ? fmt::format("{}: {}", row.path, row.text)
+                                    : fmt::format("{} and {} more: {}", row.path, row.files - 1, row.text));
+  }
+  if (rows.size() > most) joined.push_back(fmt::format("{} more notes on its files", rows.size() - most));
+  return joined;
+}
+
 Cloud read_set(const std::vector<std::string>& files, const std::string& name, const ReadOptions& options,
                const Context& context) {
   if (files.size() == 1) return read_cloud(files.front(), options, context);
@@ -319,12 +315,12 @@ Cloud read_set(const std::vector<std::string>& files, const std::string& name, c
   points.faces = false;
   Cloud all;
   ScanSystem system;
-  Notes notes;
+  std::vector<FileNotes> told;
   std::set<std::string> dropped;
   for (const std::string& file : files) {
     Cloud part = read_cloud(file, points, context);
     const ScanSystem own{file, part.unit, part.vertical_unit, part.crs};
-    notes.add(part.notes, file);
+    told.push_back({file, part.notes});
     if (&file == &files.front()) {
       all = std::move(part), system = own;
       continue;
@@ -337,7 +333,7 @@ Cloud read_set(const std::vector<std::string>& files, const std::string& name, c
   all.grid.reset(), all.notes.clear(), all.faces.clear();
   for (const std::string& attribute : dropped)
     all.notes.push_back(fmt::format("not all of its files have {}, which is left out", attribute));
-  notes.put(all.notes);
+  for (const std::string& note : join_notes(told)) all.notes.push_back(note);
   return all;
 }
 

@@ -44,6 +44,16 @@ struct ScanSystem {
 /// units that are known and differ. What `all` does not know it takes from `other`.
 void join_systems(ScanSystem& all, const ScanSystem& other);
 
+/// The notes of one file of a set, as read_cloud and for_each_block give them.
+struct FileNotes {
+  std::string path;
+  std::vector<std::string> notes;
+};
+
+/// Those of all files: equal ones once, with the first file and the number of others, 20 at most. Of one file as they
+/// are.
+[[nodiscard]] std::vector<std::string> join_notes(const std::vector<FileNotes>& files);
+
 /// All files as one cloud: points in the order of the files, the attributes that all of them have, the unit and CRS
 /// that join_systems finds, no faces, and the notes of all, equal ones once. `name` is its path, "set" its format. Of
 /// one file it is read_cloud of that. Throws as read_cloud and join_systems; InputError if the files are larger than
