@@ -33,7 +33,8 @@ def test_keywords_are_the_options(cli: Cli, tmp_path: pathlib.Path, verb: str) -
     left_out = {"help", "version", "config", "json", "output", "quiet", "verbose", "max-input", "palette",
                 "flip-palette", "title", "map-width", "report-vertices", "no-map", "no-cells", "no-points", "format",
                 "pose-out", "raster", "contours", "profile", "outlines", "vectors", "vtu", "range", "extent", "author", "logo",
-                "svg", "report", "pdf"}  # of save()
+                "svg", "report", "pdf",  # of save()
+                    "max-memory"}  # isopach.tiles
     assert named == {{"class": "classes"}.get(o, o.replace("-", "_")) for o in options - left_out}
 
 
