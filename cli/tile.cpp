@@ -302,9 +302,10 @@ int reduce(const Arguments& arguments) {
   command.heading("Output");
   add_result_options(command, delivery, "Folder for result.json and histogram.csv; made if it is not there");
   command
-      .option("--raster", "STEP", delivery.raster,
-              "Also difference.tif: a GeoTIFF of d, coverage and both heights; each pixel is the exact mean over what was "
-              "measured of it. Side of the pixels, in the unit of x and y")
+      .option(
+          "--raster", "STEP", delivery.raster,
+          "Also difference.tif: a GeoTIFF of d, coverage and both heights; each pixel is the exact mean over what was "
+          "measured of it. Side of the pixels, in the unit of x and y")
       .check(positive());
   command.flag("--allow-missing", allow_missing,
                "Compare the points of the tiles that are done, although others are missing; the result says so");
@@ -319,8 +320,8 @@ int reduce(const Arguments& arguments) {
   if (!delivery.output.empty()) output = std::make_unique<OutputFolder>(delivery.output);
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(asked.tolerances);
-  answer->comparison = reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()),
-                                  run.context());
+  answer->comparison =
+      reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()), run.context());
   return finish(std::move(answer), delivery, output.get(), run);
 }
 
@@ -431,8 +432,8 @@ void refuse_files_of_cells(const Delivery& delivery) {
                                                            {"vtu", delivery.vtu}}};
   for (const auto& [name, is_asked] : asked)
     if (is_asked)
-      throw UsageError(fmt::format("--{}: a comparison in tiles has no cells to make it of: leave it out, or take --raster",
-                                   name));
+      throw UsageError(
+          fmt::format("--{}: a comparison in tiles has no cells to make it of: leave it out, or take --raster", name));
 }
 
 void TiledAnswer::require() const {

@@ -284,6 +284,56 @@ class Planner {
   Pose identity_;
 };
 
+/// The folder of a job until its manifest stands in it: a plan that fails leaves nothing, and one that was killed is
+/// swept by the next.
+class NewFolder {
+ public:
+  explicit NewFolder(const fs::path& path) : path_(path) {
+    std::error_code error;
+    was_there_ = fs::exists(path_, error);
+    if (!was_there_) return;
+    if (!fs::is_directory(path_, error) || !holds_remains_alone())
+      throw UsageError(
+          fmt::format("--output {}: it is there and not empty: a job gets a folder of its own", path_.string()));
+    clear();
+  }
+  ~NewFolder() {
+    if (keep_) return;
+    clear();
+    std::error_code ignored;
+    if (!was_there_) fs::remove(path_, ignored);
+  }
+  NewFolder(const NewFolder&) = delete;
+  NewFolder& operator=(const NewFolder&) = delete;
+
+  void make() {
+    std::error_code error;
+    fs::create_directories(path_ / "tiles", error);
+    if (error) fail_to_write(path_.string(), error.message());
+  }
+  void keep() { keep_ = true; }
+
+ private:
+  [[nodiscard]] bool holds_remains_alone() const {
+    for (const fs::directory_entry& entry : fs::directory_iterator(path_)) {
+      std::error_code error;
+      const fs::path name = entry.path().filename();
+      const bool is_ours = (name == "points" && entry.is_regular_file(error)) ||
+                           (name == "tiles" && entry.is_directory(error) && fs::is_empty(entry.path(), error));
+      if (!is_ours) return false;
+    }
+    return true;
+  }
+  void clear() const {
+    std::error_code ignored;
+    fs::remove(path_ / "points", ignored);
+    fs::remove(path_ / "tiles", ignored);
+  }
+
+  fs::path path_;
+  bool was_there_ = false, keep_ = false;
+};
+
 using Json = nlohmann::ordered_json;
 
 Json of(const Point3& p) { return Json::array({p.x, p.y, p.z}); }
@@ -529,10 +579,7 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
              const JobLimits& limits, const fs::path& folder, const Context& context) {
   check_tiled(options);
   const std::uint64_t most = most_points(limits);
-  std::error_code error;
-  if (fs::exists(folder, error) && !(fs::is_directory(folder, error) && fs::is_empty(folder, error)))
-    throw UsageError(
-        fmt::format("--output {}: it is there and not empty: a job gets a folder of its own", folder.string()));
+  NewFolder made(folder);
   Job job;
   job.folder = folder, job.words = words;
   run_with_threads(context, [&] {
@@ -542,14 +589,14 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
     Comparison refused;
     stages::check_units(header_of(job.scan[0]), header_of(job.scan[1]), options, refused);
     job.frame = choose_frame({job.scan[0].extent, job.scan[1].extent}, {a, b}, options.project.direction);
-    fs::create_directories(folder / "tiles", error);
-    if (error) fail_to_write(folder.string(), error.message());
+    made.make();
     context.step("sorting points into tiles", 0);
     planner.sort_into_tiles(most);
   });
   const std::string text = of(job).dump(1, ' ', false, Json::error_handler_t::replace);
   job.id = id_of(text);
   write_text_atomically((folder / "manifest.json").string(), text + "\n");
+  made.keep();
   return job;
 }
 

@@ -229,6 +229,27 @@ class Tiles(CliTest):
         self.run_cli("tile", "run", "job", "--missing")
         self.assertEqual(self.reduced(), self.whole())
 
+    def test_a_plan_that_fails_or_is_killed_leaves_nothing_in_the_way(self):
+        self.run_cli("tile", "plan", self.a, "nowhere.ply", "-o", "job", code=3)
+        self.assertFalse(self.path("job").exists())
+        os.mkfifo(self.path("slow.xyz"))
+        plan = subprocess.Popen([BIN, "tile", "plan", self.a, "slow.xyz", "-o", "job"], cwd=self.folder,
+                                stderr=subprocess.PIPE)
+        time.sleep(0.3)
+        plan.send_signal(signal.SIGINT)
+        plan.communicate(timeout=60)
+        self.assertEqual(plan.returncode, 130)
+        self.assertFalse(self.path("job").exists())
+        os.makedirs(self.path("job/tiles"))
+        self.path("job/points").write_bytes(b"\0" * 240)  # of a plan that was killed
+        self.plan("--tile-points", "3000")
+        self.run_cli("tile", "run", "job")
+        self.assertEqual(self.reduced(), self.whole())
+        os.makedirs(self.path("mine/tiles"))
+        self.path("mine/tiles/photo.jpg").write_text("mine")
+        self.fails(2, "tile", "plan", self.a, self.b, "-o", "mine", says=["not empty"])
+        self.assertTrue(self.path("mine/tiles/photo.jpg").exists())
+
     def test_scripts(self):
         self.plan("--tile-points", "2000")
         n = json.loads(self.run_cli("tile", "status", "job", "--json", "-").stdout)["tiles"]
