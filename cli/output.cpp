@@ -127,7 +127,8 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
       "compared)");
   command.choice<bool>("--report", delivery.short_report, {{"full", false}, {"short", true}},
                        "report.html; short: two pages for a client, with the map, the numbers and what they are worth");
-  command.flag("--pdf", delivery.pdf, "Also report.pdf: the short report on two pages of A4");
+  command.option("--pdf", "FILE", delivery.pdf, "The short report as PDF, on two pages of A4, to FILE")
+      .check(not_empty());
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
@@ -157,8 +158,7 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
 }
 
 void check_layers(Delivery& delivery, const ProjectOptions& project) {
-  const std::array<std::pair<const char*, bool>, 9> asked{{{"pdf", delivery.pdf},
-                                                           {"svg", delivery.svg},
+  const std::array<std::pair<const char*, bool>, 8> asked{{{"svg", delivery.svg},
                                                            {"extent", delivery.map.extent.has_value()},
                                                            {"raster", delivery.raster > 0},
                                                            {"contours", delivery.contours > 0},
@@ -170,7 +170,7 @@ void check_layers(Delivery& delivery, const ProjectOptions& project) {
     if (!is_asked) continue;
     if (session().shell && delivery.output.empty())
       throw UsageError(fmt::format("--{}: acts with --output alone, which names the folder to write into", name));
-    constexpr std::array<std::string_view, 4> with_any{"pdf", "svg", "vtu", "vectors"};
+    constexpr std::array<std::string_view, 3> with_any{"svg", "vtu", "vectors"};
     if (std::find(with_any.begin(), with_any.end(), name) == with_any.end())
       require_map_direction(project, std::string("@") + name);
   }
@@ -296,8 +296,11 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
   if (folder != nullptr) {
     if (!delivery.no_map) write_map(map = folder->path("difference.png"), comparison, look, context);
     if (delivery.svg) write_map(folder->path("difference.svg"), comparison, look, context);
-    if (delivery.pdf) write_pdf(folder->path("report.pdf"), comparison, look, matched, !delivery.no_map, context);
   }
+  if (!delivery.pdf.empty())
+    write_atomically(delivery.pdf, [&](const std::string& path) {
+      write_pdf(path, comparison, look, matched, !delivery.no_map, context);
+    });
 
   if (folder != nullptr) {
     Delivery layers = delivery;

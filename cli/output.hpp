@@ -72,7 +72,7 @@ class Stopwatch {
 struct Delivery {
   std::string output, json;   ///< folder, file; empty: none
   bool short_report = false;  ///< report.html: two pages for a client
-  bool pdf = false;           ///< these as report.pdf
+  std::string pdf;            ///< a file for these as PDF; empty: none
   bool svg = false;           ///< the map as SVG, too
   bool no_map = false, no_cells = false, no_points = false;
   std::string pose_out;        ///< of match: a file for the pose alone

@@ -64,7 +64,7 @@ constexpr const char* overview =
     "isopach tile <step> --help explains one step. On one machine, compare --max-memory SIZE does all of them.\n";
 
 constexpr const char* codes =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read or tiles are missing, 4 no overlap, 6 --fail-above "
+    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read or tiles are missing, 4 no overlap, 6 --fail-above\n"
     "exceeded, 130 interrupted.";
 
 /// Of a job, as its words say. They were checked when it was planned.
@@ -422,7 +422,7 @@ std::function<void(const PartedCells& cells, const Comparison& c)> TiledAnswer::
 }
 
 void refuse_files_of_cells(const Delivery& delivery) {
-  const std::array<std::pair<const char*, bool>, 8> asked{{{"pdf", delivery.pdf},
+  const std::array<std::pair<const char*, bool>, 8> asked{{{"pdf", !delivery.pdf.empty()},
                                                            {"svg", delivery.svg},
                                                            {"extent", delivery.map.extent.has_value()},
                                                            {"report", delivery.short_report},

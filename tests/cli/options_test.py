@@ -123,7 +123,7 @@ class Compare(OptionsTest):
         "--range": ("files", OUT, [*OUT, "--range", "9"]),
         "--extent": ("files", OUT, [*OUT, "--extent", "-5,-5,30,30"]),
         "--svg": ("files", OUT, [*OUT, "--svg"]),
-        "--pdf": ("files", OUT, [*OUT, "--pdf"]),
+        "--pdf": ("files", OUT, [*OUT, "--pdf", "out/two.pdf"]),
         "--map-width": ("files", OUT, [*OUT, "--map-width", "800"]),
         "--surface": ("numbers", [], ["--surface", "overlay"]),
         "--measure": ("numbers", [], CURRENTS),
@@ -170,7 +170,7 @@ class Compare(OptionsTest):
         "--no-layer-check": ["--no-layer-check=maybe"], "--no-map": ["--no-map=maybe"],
         "--no-cells": ["--no-cells=maybe"], "--no-points": ["--no-points=maybe"], "--flip-palette": ["--flip-palette=maybe"],
         "--match": ["--match=maybe"], "--range": ["--range", "0"], "--extent": ["--extent", "1,1,0,2"], "--svg": ["--svg"],
-        "--pdf": ["--pdf"], "--report": [*OUT, "--report", "long"], "--logo": [*OUT, "--logo", "nowhere.png"],
+        "--pdf": ["--pdf", ""], "--report": [*OUT, "--report", "long"], "--logo": [*OUT, "--logo", "nowhere.png"],
     }
 
     def test_acts_and_wrong(self):

@@ -208,9 +208,9 @@ def test_save_and_report(result: isopach.Comparison, tmp_path: pathlib.Path) -> 
         result.save(tmp_path / "out", profile=[[1, 2]])
     with pytest.raises(isopach.UsageError, match="^map_width: "):
         result.save(tmp_path / "out", map_width=3)
-    folder = result.save(tmp_path / "two", no_points=True, no_cells=True, range=2.5, report="short", pdf=True, svg=True,
+    folder = result.save(tmp_path / "two", no_points=True, no_cells=True, range=2.5, report="short", pdf=tmp_path / "report.pdf", svg=True,
                          extent=[*np.asarray(result.cells.xy).min(axis=0), *np.asarray(result.cells.xy).max(axis=0)])
-    assert (folder / "report.pdf").read_bytes().startswith(b"%PDF")
+    assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
     assert "+2.5" in (folder / "difference.svg").read_text()
     with pytest.raises(isopach.UsageError, match="^extent .*do not reach"):
         result.save(tmp_path / "two", extent=(0, 0, 1, 1))

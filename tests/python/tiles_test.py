@@ -27,7 +27,8 @@ def program(monkeypatch: pytest.MonkeyPatch) -> None:
 def scans(tmp_path: pathlib.Path) -> tuple[pathlib.Path, pathlib.Path]:
     scene = isopach.simulate("terrain", points=5000, seed=1)
     a, b = tmp_path / "a.ply", tmp_path / "b.ply"
-    scene.a.save(a), scene.b.save(b)
+    scene.a.write(a)
+    scene.b.write(b)
     return a, b
 
 

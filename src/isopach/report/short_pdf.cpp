@@ -1,4 +1,4 @@
-// report.pdf: the short report on two sheets.
+// The short report as PDF, on two sheets.
 #include <algorithm>
 #include <cmath>
 

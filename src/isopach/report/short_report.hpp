@@ -1,5 +1,5 @@
 // The short report: what a client reads, on two pages: map, numbers with what they are worth, largest changes. As HTML
-// (report.html) and as PDF (report.pdf), of the same words.
+// (report.html) and as PDF, of the same words.
 #pragma once
 #include <string>
 #include <vector>
@@ -41,7 +41,7 @@ struct ShortReport {
 void write_short_html(const std::string& path, const Comparison& c, const std::string& json, const PageOptions& options,
                       const Context& context);
 
-/// report.pdf: two pages of A4, text as text; lines and words of the map as such, its surface a picture of 2000 pixels.
+/// Two pages of A4, text as text; lines and words of the map as such, its surface a picture of 2000 pixels.
 /// The same bytes for the same comparison and options. `with_map`: with the map.
 void write_pdf(const std::string& path, const Comparison& c, const MapOptions& look, const Matching* matched,
                bool with_map, const Context& context);
