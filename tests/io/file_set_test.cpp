@@ -84,6 +84,10 @@ TEST_F(FileSet, FolderSortedWithoutWhatIsNoScan) {
   EXPECT_EQ(names(file("t")), (Names{"t/C.LAZ", "t/a.las", "t/b.ply"}));
   fs::create_directory(file("empty"));
   expect_error(file("empty"), "no scan in this folder");
+  test::write_file(file("t/result.json"), R"({"schema": "other/1"})");
+  EXPECT_EQ(names(file("t")).size(), 3u);
+  test::write_file(file("t/result.json"), R"({"schema": "isopach.compare/1", "outputs": ["b.ply"]})");
+  expect_error(file("t"), "holds a result of isopach (result.json)");
 }
 
 TEST_F(FileSet, Pattern) {

@@ -107,7 +107,23 @@ bool is_catalogue(const std::string& path) {
   return extension(path) == ".vpc" || content(path).find("\"stac_version\"") != std::string::npos;
 }
 
+// The points of a result lie beside it as files that would be taken for scans.
+void refuse_results(const std::string& folder) {
+  const Context nobody_stops;
+  for (const char* const name : {"result.json", "truth.json"}) {
+    const std::string path = (fs::path(folder) / name).string();
+    std::error_code ignored;
+    if (!is_regular(path) || fs::file_size(path, ignored) == 0) continue;
+    const InputFile file(path, nobody_stops);
+    if (as_text(file.head()).find("\"isopach.") == std::string_view::npos) continue;
+    throw InputError(
+        fmt::format("{}: the folder holds a result of isopach ({}): name the scans in it, e.g. by a pattern",
+                    printable(folder), name));
+  }
+}
+
 std::vector<std::string> scans_in(const std::string& folder) {
+  refuse_results(folder);
   std::vector<std::string> found;
   std::error_code failure;
   for (const auto& entry : fs::directory_iterator(folder, failure)) {

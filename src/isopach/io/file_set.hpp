@@ -23,10 +23,10 @@ namespace isopach {
 ///     with the role "data", else those that are scans by their extension; hrefs are relative to the catalogue. A .json
 ///     file without "stac_version" is none: it is a file.
 ///
-/// Throws InputError (exit 3): a pattern that nothing matches, a folder without scans; of a list or catalogue, which is
-/// named with the entry, a file that is not there or is named twice (by any path), a list that contains itself, an
-/// address (https://, s3://), what is no JSON or no STAC. Cost: of names and of these texts alone; no scan is opened.
-/// Oracle: FileSet.* (tests/io/file_set_test.cpp).
+/// Throws InputError (exit 3): a pattern that nothing matches, a folder without scans or with a result of isopach; of a
+/// list or catalogue, which is named with the entry, a file that is not there or is named twice (by any path), a list
+/// that contains itself, an address (https://, s3://), what is no JSON or no STAC. Cost: of names and of these texts
+/// alone; no scan is opened. Oracle: FileSet.* (tests/io/file_set_test.cpp).
 [[nodiscard]] std::vector<std::string> files_of(const std::string& what);
 
 /// Is a word more than the name of one scan: a folder, a pattern, a list or a catalogue?
