@@ -200,6 +200,7 @@ class Planner {
     scan.name = word;
     const std::vector<std::string> files = files_of(word);
     ScanSystem system;
+    std::vector<FileNotes> notes;
     for (const std::string& path : files) {
       const FileSummary stamp = summarise(path, wanted_, context_);
       scan.files.push_back({path, stamp.bytes, stamp.modified_ns});
@@ -210,9 +211,9 @@ class Planner {
       scan.format = files.size() > 1 ? "set" : about.format;
       scan.nodata += about.nodata;
       scan.is_raster = scan.is_raster || (files.size() == 1 && about.grid.has_value());
-      for (const std::string& note : about.notes)
-        if (std::find(scan.notes.begin(), scan.notes.end(), note) == scan.notes.end()) scan.notes.push_back(note);
+      notes.push_back({path, about.notes});
     }
+    scan.notes = join_notes(notes);
     scan.unit = system.unit, scan.vertical_unit = system.vertical_unit, scan.crs = system.crs;
   }
 
