@@ -117,7 +117,7 @@ int plan(const Arguments& arguments) {
   std::string folder;
   JobLimits limits;
   Command command("tile plan",
-                  "Looks at both scans twice, block by block, and sorts their points into tiles: squares of a quadtree "
+                  "Looks at both scans twice, block by block, and sorts their points into tiles: squares of a quadtree\n"
                   "that hold few enough points each.\nA and B: files, folders, patterns, lists, catalogues.\n",
                   codes);
   command.positional("A", request.path_a, "Reference scan, or the one before: a file or a set of files");
@@ -203,7 +203,7 @@ int run_tiles(const Arguments& arguments) {
   RunOptions options;
   Command command(
       "tile run",
-      "Does tiles of a job, those that are not done: all of them, or those that are named. May be killed and "
+      "Does tiles of a job, those that are not done: all of them, or those that are named. May be killed and\n"
       "run again at any time; several may run at once, on one machine or on many that share the folder.\n",
       codes);
   command.positional("JOB", folder, "Folder of the job");
