@@ -87,7 +87,7 @@ void CombineAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run&
     set_write_time(c.timing, watch.lap());
     json = combine_json(c, folder->names());
     write_text_atomically(result, json);
-    write_text_atomically(page, combine_html(c, json));
+    write_text_atomically(page, combine_html(c, json, run.context()));
     run.context().check();
     folder->commit();
   } else if (!delivery.json.empty()) {

@@ -137,8 +137,8 @@ void check_use(const Request& request) {
 void add_output_options(Command& command, Delivery& delivery) {
   add_result_options(
       command, delivery,
-      "Folder for result.json, points_a and points_b with their distances (LAS in: also LAS), core_points of "
-      "m3c2; made if it is not there");
+      "Folder for report.html, result.json, points_a and points_b with their distances (LAS in: also LAS), core_points "
+      "of m3c2; made if it is not there");
   command.choice<std::string>("--format", delivery.format, {{"ply", "ply"}, {"csv", "csv"}, {"las", "las"}},
                               "Of points_a, points_b and core_points");
 }
@@ -174,9 +174,10 @@ void DistanceAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run
   set_write_time(d.timing, watch.lap());
   std::string json;
   if (folder != nullptr) {
-    const std::string result = folder->path("result.json");
+    const std::string page = folder->path("report.html"), result = folder->path("result.json");
     json = distance_json(d, folder->names());
     write_text_atomically(result, json);
+    write_text_atomically(page, distance_html(d, a, json, context));
     context.check();
     folder->commit();
   } else if (!delivery.json.empty()) {
@@ -185,6 +186,7 @@ void DistanceAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run
   if (!delivery.json.empty()) write_json(delivery.json, json, run);
   if (delivery.json != "-") {
     run.show(distance_text(d));
+    if (folder != nullptr) run.show("report: " + folder->final_path("report.html"));
   } else {
     for (const std::string& warning : d.warnings) run.warn(warning);
   }

@@ -170,7 +170,7 @@ void SequenceAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run
     set_write_time(r.timing, watch.lap());
     json = sequence_json(r, folder->names());
     write_text_atomically(result, json);
-    write_text_atomically(page, sequence_html(r, json));
+    write_text_atomically(page, sequence_html(r, json, run.context()));
     run.context().check();
     folder->commit();
   } else if (!delivery.json.empty()) {

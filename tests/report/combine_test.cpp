@@ -61,7 +61,7 @@ TEST(CombineReport, TextAndPage) {
   const std::string text = combine_text(c);
   for (const char* word : {"face.ply with jaw.ply", " mm", "jaw to face", "warning: mind <the> gap (--unit)"})
     EXPECT_NE(text.find(word), std::string::npos) << word << "\n" << text;
-  const std::string json = combine_json(c, {}), page = combine_html(c, json);
+  const std::string json = combine_json(c, {}), page = combine_html(c, json, Context{});
   for (const char* word :
        {"mind &lt;the&gt; gap (--unit)", "From jaw to face", "<svg", "data-key=\"uncertainty.sigma_middle\""})
     EXPECT_NE(page.find(word), std::string::npos) << word;
@@ -71,7 +71,7 @@ TEST(CombineReport, TextAndPage) {
 /// A face that lies on its side, looking along -x: its pictures are upright, and the first is seen from the front.
 TEST(CombineReport, PicturesOfAFaceStandUpright) {
   Combination c = sample();
-  EXPECT_EQ(combine_html(c, combine_json(c, {})).find("R on the left") != std::string::npos,
+  EXPECT_EQ(combine_html(c, combine_json(c, {}), Context{}).find("R on the left") != std::string::npos,
             find_face(part_of(c, CombinedPart::face), {}, {}).found());
   test::FaceScan scan;
   scan.points = 3000;
@@ -83,7 +83,7 @@ TEST(CombineReport, PicturesOfAFaceStandUpright) {
   const FacePose pose = find_face(part_of(c, CombinedPart::face), {}, {});
   ASSERT_TRUE(pose.found());
   EXPECT_LT(pose.front.x, -0.95);
-  const std::string page = combine_html(c, combine_json(c, {}));
+  const std::string page = combine_html(c, combine_json(c, {}), Context{});
   for (const char* word : {"from the front, R on the left", "the front on the right", "patient&#39;s left"})
     EXPECT_NE(page.find(word), std::string::npos) << word;
   EXPECT_EQ(page.find("along z of the face scan"), std::string::npos);

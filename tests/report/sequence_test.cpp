@@ -81,7 +81,7 @@ TEST(SequenceReport, TableHasOneLineAFrame) {
 
 TEST(SequenceReport, PageIsWholeAndOffline) {
   const SequenceResult& r = sample();
-  const std::string json = sequence_json(r, {}), page = sequence_html(r, json);
+  const std::string json = sequence_json(r, {}), page = sequence_html(r, json, Context{});
   for (const char* word :
        {"Opening", "Excursion", "Path of the point", "Path of the hinge axis", "The motion", "animation-delay",
         "skipped: frame&lt;3&gt;.ply: broken &amp; bent (--crop)", "data-key=\"widest_deg\""})
@@ -95,7 +95,7 @@ TEST(SequenceReport, PageIsWholeAndOffline) {
   SequenceResult without = r;
   without.hinge.reset();
   const std::string json2 = sequence_json(without, {});
-  EXPECT_EQ(sequence_html(without, json2).find("Path of the hinge"), std::string::npos);
+  EXPECT_EQ(sequence_html(without, json2, Context{}).find("Path of the hinge"), std::string::npos);
 }
 
 TEST(SequenceReport, PartsAsPoints) {

@@ -70,6 +70,22 @@ class Reader {
   }
 }
 
+export interface SpaceData {
+  kind: 'space'; title: string; unit: string; of: number; nodes: number; whole: boolean; spacing: number; upright: number[];
+  azimuth: number; elevation: number; second: number; value: string; signed: boolean; limit: number; flip: boolean;
+  parts: {name: string; colour: string; count: number}[]; frames: {label: string; matrix: number[]}[];
+  columns: (Numbers & {name: string})[]; triangles: number; data: string;
+}
+
+/** Columns by name, and corners of triangles. */
+export async function decodedSpace(page: SpaceData): Promise<{columns: Map<string, Float64Array>; corners: Uint32Array}> {
+  const reader = new Reader(await inflated(page.data)), columns = new Map<string, Float64Array>();
+  for (const c of page.columns) columns.set(c.name, reader.column(page.nodes, c));
+  for (const c of page.columns)  // the least number of these stands for a value that is missing
+    if (c.name === 'value' || c.name === 'level') columns.set(c.name, columns.get(c.name)!.map(v => (v === c.low ? NaN : v)));
+  return {columns, corners: reader.corners(page.triangles)};
+}
+
 export async function decoded(scene: SceneData): Promise<Columns> {
   const reader = new Reader(await inflated(scene.data));
   const n = scene.nodes;

@@ -1,8 +1,9 @@
 // The view of a report: reads the page's data, builds the controls, keeps all of its state in one object and in the hash.
-import {type PageData} from './block';
+import {type PageData, type SpaceData, decodedSpace} from './block';
 import {sectionChart} from './chart';
 import {histogram} from './histogram';
 import {colour, css, heightColour, paletteNames, table} from './palette';
+import {SpaceView} from './space';
 import {type Mode, type Show, Stage} from './stage';
 import {style} from './style';
 import {type Place, type Reading, type Stretch, Surface, isSimple, toFrame, toInput} from './surface';
@@ -617,27 +618,39 @@ class View {
   }
 }
 
-async function start(): Promise<void> {
-  const place = document.getElementById('view'), source = document.getElementById('view-data');
-  if (!place || !source) return;
-  const page = JSON.parse(source.textContent ?? '') as PageData;
-  const probe = document.createElement('canvas').getContext('webgl2');
-  if (!probe || typeof DecompressionStream === 'undefined') return;  // the page is complete without the view
-  probe.getExtension('WEBGL_lose_context')?.loseContext();
-  const surfaces = await Promise.all(page.scenes.map(s => Surface.of(s)));
-  if (surfaces.some(s => s.triangles === 0)) return;
-  document.head.append(el('style', {}, style));
-  const view = new View(place, page, surfaces);
-  // The pictures stay, behind a word, for those who want one to keep.
+/** The pictures stay, behind a word, for those who want one to keep. */
+function keepPictures(place: HTMLElement, word: string): void {
   const figures: Element[] = [];
   for (let f = place.nextElementSibling; f?.tagName === 'FIGURE'; f = f.nextElementSibling) figures.push(f);
   if (figures.length > 0) {
-    const kept = el('details', {}, el('summary', {}, figures.length > 1 ? 'The maps as pictures' : 'The map as a picture'));
+    const kept = el('details', {}, el('summary', {}, word));
     place.after(kept);
     kept.append(...figures);
   }
   // Tables that are wider than a phone are scrolled by keys, too.
   for (const box of document.querySelectorAll<HTMLElement>('.scroll')) if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
+}
+
+async function start(): Promise<void> {
+  const place = document.getElementById('view'), source = document.getElementById('view-data');
+  if (!place || !source) return;
+  const page = JSON.parse(source.textContent ?? '') as PageData | SpaceData;
+  const probe = document.createElement('canvas').getContext('webgl2');
+  if (!probe || typeof DecompressionStream === 'undefined') return;  // the page is complete without the view
+  probe.getExtension('WEBGL_lose_context')?.loseContext();
+  if ('kind' in page) {
+    const {columns, corners} = await decodedSpace(page);
+    document.head.append(el('style', {}, style));
+    const space = new SpaceView(place, page, columns, corners);
+    keepPictures(place, 'As a picture');
+    requestAnimationFrame(() => { space.begin(); requestAnimationFrame(() => { document.documentElement.dataset['view'] = 'ready'; }); });
+    return;
+  }
+  const surfaces = await Promise.all(page.scenes.map(s => Surface.of(s)));
+  if (surfaces.some(s => s.triangles === 0)) return;
+  document.head.append(el('style', {}, style));
+  const view = new View(place, page, surfaces);
+  keepPictures(place, place.nextElementSibling?.nextElementSibling?.tagName === 'FIGURE' ? 'The maps as pictures' : 'The map as a picture');
   requestAnimationFrame(() => setTimeout(() => {  // after the first frame
     view.prepare();
     document.documentElement.dataset['view'] = 'ready';

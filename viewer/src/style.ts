@@ -44,6 +44,9 @@ canvas:focus-visible~.v-cross{display:block}
 .v-seg input:checked+span{background:var(--accent);border-color:var(--accent);color:var(--paper)}
 .v-seg input:focus-visible+span{outline:2px solid var(--accent);outline-offset:1px}
 .v-histogram{touch-action:none;cursor:ew-resize;color:var(--ink)}
+.v-swatch{width:14px;height:14px;border-radius:3px;flex:none}.v-play{display:grid;grid-template-columns:auto auto auto 1fr;gap:8px;align-items:center;padding:10px 16px;border-top:1px solid var(--line)}
+.v-play output{grid-column:1/-1;font-variant-numeric:tabular-nums;font-size:14.5px;overflow-wrap:anywhere}.v-foot-row{display:grid}
+.v-ramp{width:100%;height:16px;display:block;border:1px solid var(--line)}.v-ends{display:flex;justify-content:space-between;font-size:13px;font-variant-numeric:tabular-nums}
 .v-hint{color:var(--soft);font-size:13px;margin:0}
 .v-list{list-style:none;margin:0;padding:0;display:grid;gap:4px}
 .v-list button{width:100%;display:flex;justify-content:space-between;gap:10px;text-align:left}
@@ -57,6 +60,6 @@ canvas:focus-visible~.v-cross{display:block}
 .v-print{display:none}
 @media(max-width:860px){.v{margin-inline:-6px}.v-main{display:block}.v-panel{border-left:0;border-top:1px solid var(--line);max-height:none}
 .v-stage canvas{height:min(62vh,420px)}.v-panel summary{padding:4px 0}.v button,.v select,.v input[type=number]{min-height:40px}}
-@media print{.v{border:0;margin:10px 0;break-inside:avoid;overflow:visible}.v-main{display:block}.v-stage,.v-panel,.v-tools{display:none!important}.v-print{display:block;width:100%}
+@media print{.v{border:0;margin:10px 0;break-inside:avoid;overflow:visible}.v-main{display:block}.v-stage,.v-panel,.v-tools,.v-play{display:none!important}.v-print{display:block;width:100%}
 .v-foot,.v-read,.v-below{padding-inline:0;border:0}}
 `;

@@ -119,8 +119,7 @@ class Page : public HtmlPage {
   std::string write(const std::string& map_png, const ViewWords& words, const MapOptions& look,
                     const Context& context) {
     write(map_png);
-    add_view(view_of({{"", &a_.comparison}}, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
-    return out_;
+    return with_view({{"", &a_.comparison}}, words, look, context);
   }
 
  private:

@@ -12,6 +12,8 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/values.hpp"
 #include "isopach/report/page/words.hpp"
+#include "isopach/report/view/space.hpp"
+#include "isopach/report/view/view.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -50,7 +52,7 @@ class CombinePage : HtmlPage {
  public:
   CombinePage(const Combination& c, const std::string& json) : HtmlPage(json), c_(c), unit_(unit_text(c.unit)) {}
 
-  std::string write() {
+  std::string write(const Context& context) {
     open_page(input_name(c_.face_input) + " with " + input_name(c_.jaw_input));
     head();
     warnings();
@@ -58,10 +60,29 @@ class CombinePage : HtmlPage {
     numbers();
     pose();
     finish_page();
+    add_view(model(context), view_policy());
     return out_;
   }
 
  private:
+  /// The model as the view has it, coloured by where its points are from.
+  [[nodiscard]] std::string model(const Context& context) const {
+    SpaceScene s;
+    s.title = input_name(c_.face_input) + " with " + input_name(c_.jaw_input);
+    s.unit = unit_text(c_.unit);
+    s.points = c_.points;
+    std::vector<unsigned char> parts;
+    for (const CombinedPart part : c_.part) parts.push_back(static_cast<unsigned char>(part));
+    s.part_of = parts;
+    s.parts = {{"face", "#7fa6c9"},
+               {"jaw", "#e0a070"},
+               {"object in the face scan", "#8fbf8f"},
+               {"object in the jaw scan", "#c7a3d1"}};
+    s.azimuth = 25, s.elevation = 5;
+    if (face_) s.upright = upright(*face_);
+    return space_view(s, sample_space(s, default_space_points, context));
+  }
+
   void head() {
     out_ += "<header>\n<h1>" + escaped(input_name(c_.face_input)) + " <span>with</span> " +
             escaped(input_name(c_.jaw_input)) + "</h1>\n<p class=\"lead\">By " +
@@ -79,8 +100,9 @@ class CombinePage : HtmlPage {
   }
 
   void pictures() {
-    out_ += "<h2>The model</h2>\n";
-    const std::optional<FacePose> face = face_of_model();
+    out_ += "<h2>The model</h2>\n" + std::string(view_place);
+    face_ = face_of_model();
+    const std::optional<FacePose>& face = face_;
     Array<Point3> places = c_.points;
     if (const Pose to_view = face ? upright(*face) : Pose{}; face)
       for (Point3& p : places) p = to_view.apply(p);
@@ -149,6 +171,7 @@ class CombinePage : HtmlPage {
 
   const Combination& c_;
   std::string unit_;
+  std::optional<FacePose> face_;
 };
 
 }  // namespace
@@ -202,7 +225,9 @@ std::string combine_text(const Combination& c) {
   return out;
 }
 
-std::string combine_html(const Combination& c, const std::string& json) { return CombinePage(c, json).write(); }
+std::string combine_html(const Combination& c, const std::string& json, const Context& context) {
+  return CombinePage(c, json).write(context);
+}
 
 void write_combined(const std::string& path, const Combination& c, const Context& context) {
   Cloud out;

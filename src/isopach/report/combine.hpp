@@ -15,7 +15,7 @@ namespace isopach {
 
 /// report.html: the poses, how sure they are, the model from two sides; opens from disk without a network and without a
 /// script. `json` is the text of combine_json.
-[[nodiscard]] std::string combine_html(const Combination& c, const std::string& json);
+[[nodiscard]] std::string combine_html(const Combination& c, const std::string& json, const Context& context);
 
 /// combined.ply: the points of both scans in face coordinates with `part`: 0 face, 1 jaw, 2 and 3 the reference object
 /// as seen in the face and in the jaw scan.

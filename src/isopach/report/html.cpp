@@ -59,8 +59,7 @@ class Page : public HtmlPage {
     write(options.map_png, options.truth);
     ViewWords words;
     words.command = "isopach compare " + quoted(c_.a.path) + " " + quoted(c_.b.path);
-    add_view(view_of({{"", &c_}}, words, look_, {look_.vertices, bytes_but_times()}, context), view_policy());
-    return out_;
+    return with_view({{"", &c_}}, words, look_, context);
   }
 
  private:

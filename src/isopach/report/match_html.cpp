@@ -48,8 +48,9 @@ class MatchPage : HtmlPage {
     if (m_.comparison_before) scenes.push_back({"before", &*m_.comparison_before});
     if (m_.comparison_after) scenes.push_back({"after", &*m_.comparison_after});
     const ViewWords words{"fixed scan", "moving scan", "moving scan above the fixed", "below it", true, ""};
-    add_view(view_of(scenes, words, {}, {files.vertices, bytes_but_times()}, context), view_policy());
-    return out_;
+    MapOptions look;
+    look.vertices = files.vertices;
+    return with_view(scenes, words, look, context);
   }
 
  private:

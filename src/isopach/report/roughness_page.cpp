@@ -53,8 +53,7 @@ class Page : public HtmlPage {
     std::vector<ViewScene> scenes{{r_.after ? "before" : "", &before}};
     if (r_.after) scenes.push_back({"after", &after});
     const ViewWords words{"mean surface", "scan", "peak", "valley", true, ""};
-    add_view(view_of(scenes, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
-    return out_;
+    return with_view(scenes, words, look, context);
   }
 
  private:

@@ -18,7 +18,7 @@ namespace isopach {
 
 /// report.html: opening and excursion against time, paths, the parts, and an animation; opens from disk without a
 /// network and without a script. `json` is the text of sequence_json.
-[[nodiscard]] std::string sequence_html(const SequenceResult& r, const std::string& json);
+[[nodiscard]] std::string sequence_html(const SequenceResult& r, const std::string& json, const Context& context);
 
 /// parts.ply: the points of the reference frame with `part` (0 stays, 1 moves, 2 between) and `blend` (0 to 1).
 void write_parts(const std::string& path, const SequenceResult& r, const Context& context);

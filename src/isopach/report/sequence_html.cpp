@@ -12,6 +12,8 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/words.hpp"
 #include "isopach/report/sequence.hpp"
+#include "isopach/report/view/space.hpp"
+#include "isopach/report/view/view.hpp"
 
 namespace isopach {
 namespace {
@@ -28,7 +30,7 @@ class SequencePage : HtmlPage {
     stand_up();
   }
 
-  std::string write() {
+  std::string write(const Context& context) {
     open_page("Motion of " + input_name(r_.reference));
     head();
     warnings();
@@ -38,10 +40,32 @@ class SequencePage : HtmlPage {
     parts();
     table();
     finish_page();
+    add_view(surface(context), view_policy());
     return out_;
   }
 
  private:
+  /// The reference frame as the view has it: its points, once, and the motion of each frame as a matrix.
+  [[nodiscard]] std::string surface(const Context& context) const {
+    SpaceScene s;
+    s.title = "Motion of " + input_name(r_.reference);
+    s.unit = unit_text(r_.unit);
+    s.points = r_.points, s.blend = r_.blend;
+    std::vector<unsigned char> parts;
+    for (const PartLabel label : r_.label) parts.push_back(static_cast<unsigned char>(label));
+    s.part_of = parts;
+    s.parts = {{"stays", "#7fa6c9"}, {"moves", "#e0a070"}, {"between", "#cfc6b4"}};
+    for (const FrameMotion* f : used())
+      s.frames.push_back(
+          {fmt::format("frame {} ({}): opening {}°, excursion {} {}", f->index, f->name,
+                       fixed_number(degrees * f->opening, 1, fine), number(f->excursion, fine, 3), s.unit),
+           f->motion});
+    if (r_.options.rate > 0) s.second = std::clamp(1 / r_.options.rate, 0.02, 1.0);
+    s.upright = to_view_;
+    s.azimuth = 25, s.elevation = 5;
+    return space_view(s, sample_space(s, default_space_points, context));
+  }
+
   void head() {
     out_ += "<header>\n<h1>" + escaped(input_name(r_.reference)) + " <span>and " + whole("inputs.frames") +
             " frames</span></h1>\n<p class=\"lead\">The moving part opens by " +
@@ -138,9 +162,9 @@ class SequencePage : HtmlPage {
     const double second =
         r_.options.rate > 0 ? std::clamp(static_cast<double>(every) / r_.options.rate, 0.04, 0.5) : 0.1;
     const double cycle = second * static_cast<double>(shown.size());
-    out_ +=
-        "<h2>The motion</h2>\n<figure><svg viewBox=\"0 0 1000 520\" role=\"img\" aria-label=\"Animation of the parts, "
-        "seen from two sides\" font-size=\"13\">\n<style>";
+    out_ += "<h2>The motion</h2>\n" + std::string(view_place) +
+            "<figure><svg viewBox=\"0 0 1000 520\" role=\"img\" aria-label=\"Animation of the parts, "
+            "seen from two sides\" font-size=\"13\">\n<style>";
     out_ += fmt::format(
         ".turn{{visibility:hidden;animation:turn {:.3g}s steps(1) infinite}}@keyframes "
         "turn{{0%{{visibility:visible}}{:.4g}%,100%{{visibility:hidden}}}}.turn.first{{visibility:visible}}"
@@ -287,6 +311,8 @@ class SequencePage : HtmlPage {
 
 }  // namespace
 
-std::string sequence_html(const SequenceResult& r, const std::string& json) { return SequencePage(r, json).write(); }
+std::string sequence_html(const SequenceResult& r, const std::string& json, const Context& context) {
+  return SequencePage(r, json).write(context);
+}
 
 }  // namespace isopach

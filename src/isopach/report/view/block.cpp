@@ -27,10 +27,10 @@ void add_numbers(std::string& out, const Quantised& q) {
   add_planes(out, differences);
 }
 
-void add_triangles(std::string& out, const ThinSurface& s) {
+void add_triangles(std::string& out, std::span<const std::array<Index, 3>> triangles) {
   std::array<std::vector<std::uint32_t>, 3> columns;
   std::int64_t last = 0;
-  for (const auto& v : s.triangles) {
+  for (const auto& v : triangles) {
     const auto first = static_cast<std::int64_t>(v[0]);
     columns[0].push_back(folded(first - last));
     for (std::size_t k = 1; k < 3; ++k) columns[k].push_back(folded(static_cast<std::int64_t>(v[k]) - first));
@@ -52,12 +52,16 @@ std::string deflated(const std::string& bytes) {
 
 }  // namespace
 
-std::string view_block(const ThinSurface& s) {
+std::string numbers_block(std::span<const Quantised* const> columns, std::span<const std::array<Index, 3>> triangles) {
   std::string bytes;
-  bytes.reserve(20 * s.nodes() + 12 * s.triangles.size());
-  for (const Quantised* q : {&s.x, &s.y, &s.z, &s.d, &s.lod}) add_numbers(bytes, *q);
-  add_triangles(bytes, s);
+  for (const Quantised* q : columns) add_numbers(bytes, *q);
+  add_triangles(bytes, triangles);
   return base64(deflated(bytes));
+}
+
+std::string view_block(const ThinSurface& s) {
+  const std::array<const Quantised*, 5> columns{&s.x, &s.y, &s.z, &s.d, &s.lod};
+  return numbers_block(columns, s.triangles);
 }
 
 }  // namespace isopach

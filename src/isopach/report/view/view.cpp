@@ -116,13 +116,6 @@ Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, con
           {"command", clean_utf8(words.command)}};
 }
 
-/// JSON that no markup can be read out of: the page's parser ends a script at its end tag alone, which begins with "<".
-std::string as_element(const Json& json) {
-  std::string text = json.dump();
-  for (std::size_t i = 0; (i = text.find('<', i)) != std::string::npos; i += 6) text.replace(i, 1, "\\u003c");
-  return "<script type=\"application/json\" id=\"view-data\">" + text + "</script>\n";
-}
-
 std::string data_of(const std::vector<ViewScene>& scenes, const Json& head, std::size_t vertices,
                     const Context& context) {
   Json data = head;
@@ -136,7 +129,7 @@ std::string data_of(const std::vector<ViewScene>& scenes, const Json& head, std:
     is_empty = is_empty && s.triangles.empty();
     context.check();
   }
-  return is_empty ? std::string() : as_element(data);
+  return is_empty ? std::string() : view_element(data.dump());
 }
 
 }  // namespace
@@ -145,7 +138,7 @@ std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words
                     const ViewLimits& limits, const Context& context) {
   if (scenes.empty() || limits.vertices == 0u) return "";
   const Json head = head_json(scenes, words, look);
-  const std::string script = "<script>" + std::string(view_script()) + "</script>\n";
+  const std::string script = view_script_element();
   const std::size_t taken = limits.page_bytes + script.size();
   const std::size_t room = page_budget > taken ? page_budget - taken : 0;
   constexpr std::size_t usual = 14;  // bytes a vertex
@@ -161,6 +154,14 @@ std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words
   }
   return data.empty() ? "" : data + script;
 }
+
+std::string view_element(const std::string& json) {
+  std::string text = json;
+  for (std::size_t i = 0; (i = text.find('<', i)) != std::string::npos; i += 6) text.replace(i, 1, "\\u003c");
+  return "<script type=\"application/json\" id=\"view-data\">" + text + "</script>\n";
+}
+
+std::string view_script_element() { return "<script>" + std::string(view_script()) + "</script>\n"; }
 
 std::string view_policy() {
   const std::string_view digits = view_script_sha256();
