@@ -10,6 +10,7 @@ import subprocess
 import sys
 import threading
 import time
+from collections.abc import Iterator
 from typing import Any
 
 import isopach
@@ -70,7 +71,15 @@ def test_number_of_threads_does_not_matter(monkeypatch: pytest.MonkeyPatch) -> N
         isopach.compare(a, b)
 
 
-def test_interrupt() -> None:
+@pytest.fixture
+def heeds_interrupts() -> Iterator[None]:
+    """Shells start what runs in the background with SIGINT ignored, and Python then leaves it so."""
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)
+
+
+def test_interrupt(heeds_interrupts: None) -> None:
     a, b = cloud(4 * LARGE, 1), cloud(4 * LARGE, 2, 0.1)
     before = without_timing(isopach.compare(a[:5000], b[:5000]).to_json())
     times = []

@@ -221,8 +221,13 @@ def test_save_and_report(result: isopach.Comparison, tmp_path: pathlib.Path) -> 
 
 def test_save_writes_layers(result: isopach.Comparison, tmp_path: pathlib.Path) -> None:
     low, high = np.asarray(result.cells.xy).min(axis=0), np.asarray(result.cells.xy).max(axis=0)
-    folder = result.save(tmp_path / "out", no_points=True, no_map=True, raster=50, contours=5, outlines=True, vtu=True,
-                         vectors="fgb", profile=[low, high])
+    try:
+        folder = result.save(tmp_path / "out", no_points=True, no_map=True, raster=50, contours=5, outlines=True, vtu=True,
+                             vectors="fgb", profile=[low, high])
+    except isopach.InputError as error:
+        if "needs GDAL" not in str(error):
+            raise
+        pytest.skip("built without GDAL, as portable wheels are: no rasters")
     written = {path.name for path in folder.iterdir()}
     assert written >= {"difference.tif", "difference.qml", "contours.fgb", "outlines.fgb", "cells.vtu", "profile.csv",
                        "profile.svg"}
