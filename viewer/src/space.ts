@@ -204,8 +204,8 @@ export class SpaceView {
     full.setAttribute('aria-pressed', 'false');
     const size = el('input', {type: 'range', min: 0.4, max: 2.5, step: 0.05, input: () => { this.size = Number(size.value); this.apply(); }}), said = el('output', {});
     this.syncs.push(() => { size.value = String(this.size); said.textContent = `\u00d7 ${this.size}`; });
-    const rows: HTMLElement[] = [el('div', {class: 'v-row'}, this.button('Front', () => this.lookFrom(0, 0)), this.button('Left side', () => this.lookFrom(-90, 0)),
-      this.button('Right side', () => this.lookFrom(90, 0)), this.button('From above', () => this.lookFrom(0, 89.9)), full)];
+    const rows: HTMLElement[] = [el('div', {class: 'v-row'}, this.button('From the front', () => this.lookFrom(0, 0)), this.button('From the left', () => this.lookFrom(-90, 0)),
+      this.button('From the right', () => this.lookFrom(90, 0)), this.button('From above', () => this.lookFrom(0, 89.9)), full)];
     if (this.uniforms['isPoint']!.value === 1) rows.push(el('label', {class: 'v-slide'}, 'Size of points', size, said));
     return rows;
   }
@@ -218,7 +218,7 @@ export class SpaceView {
 
   private help(): HTMLElement {
     const rows: [string, string][] = [['drag, one finger', 'turn'], ['right button or Shift + drag, two fingers', 'move'], ['wheel, pinch, + and \u2212', 'nearer, farther'],
-      ['click, tap, Enter (at the middle)', 'read a point'], ['C', 'copy what was read'], ['1, 2, 3, 4', 'front, left side, right side, above'], ['arrows; with Shift', 'move; turn'], ['Esc', 'clear; leave the full window']];
+      ['click, tap, Enter (at the middle)', 'read a point'], ['C', 'copy what was read'], ['1, 2, 3, 4', 'from the front, left, right, above'], ['arrows; with Shift', 'move; turn'], ['Esc', 'clear; leave the full window']];
     if (this.page.frames.length > 0) rows.push(['Space', 'play, pause'], [', and .', 'a frame back, a frame on']);
     return el('div', {id: 'view-help'}, el('table', {}, el('tbody', {}, ...rows.map(([k, v]) => el('tr', {}, el('td', {}, k), el('td', {}, v))))));
   }

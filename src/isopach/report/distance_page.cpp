@@ -56,7 +56,11 @@ Shown shown_of(const Distances& d, const CloudView& a) {
 class DistancePage : HtmlPage {
  public:
   DistancePage(const Distances& d, const CloudView& a, const std::string& json)
-      : HtmlPage(json), d_(d), shown_(shown_of(d, a)), unit_(escaped(unit_text(d.unit))) {}
+      : HtmlPage(json), d_(d), shown_(shown_of(d, a)), unit_(escaped(unit_text(d.unit))) {
+    // Along normals and the direction the other surface may be met far away: sizes are those to its closest place.
+    const bool has_closest = d.c2s && d.c2s->a_to_b.count > 0 && !is_m3c2();
+    sizes_ = has_closest ? "c2s.a_to_b" : shown_.key;
+  }
 
   std::string write(const Context& context) {
     open_page("Distance from " + input_name(d_.a) + " to " + input_name(d_.b));
@@ -78,30 +82,33 @@ class DistancePage : HtmlPage {
 
   void head() {
     out_ += "<header>\n<h1>" + escaped(input_name(d_.a)) + " <span>and</span> " + escaped(input_name(d_.b)) + "</h1>\n";
-    if (!shown_.key.empty()) {
-      const std::string& k = shown_.key;
-      out_ += "<p class=\"lead\">";
-      if (shown_.has_sign)
-        out_ += "On average B lies " + brief_sign(k + ".signed_mean") + "\u00a0" + unit_ + " from A; ";
-      else
-        out_ += "The mean distance is " + brief(k + ".mean") + "\u00a0" + unit_ + "; ";
-      out_ +=
-          "95\u00a0% of the places are within " + brief(k + ".p95") + "\u00a0" + unit_ + ", the largest is " +
-          brief(k + ".max") + "\u00a0" + unit_ + ".</p>\n<p class=\"soft\">" + escaped(shown_.name) +
-          (shown_.has_sign ? ": positive where B lies above A, outwards for closed surfaces" : ", which has no sign") +
-          ". Lengths: " + unit_sentence(d_.unit) + ".</p>\n";
-    }
+    if (!shown_.key.empty()) lead();
     out_ += "</header>\n<div class=\"cards\">\n";
     if (!shown_.key.empty()) {
-      const std::string& k = shown_.key;
-      if (shown_.has_sign) card(brief_sign(k + ".signed_mean"), unit_, "mean: the offset between the two");
-      card(brief(k + ".rms"), unit_, "RMS: root of the mean of squares");
-      card(brief(k + ".p95"), unit_, "95\u00a0% are within this");
-      card(brief(k + ".max"), unit_, "largest distance of a point");
+      if (shown_.has_sign) card(brief_sign(shown_.key + ".signed_mean"), unit_, "mean: the offset between the two");
+      card(brief(sizes_ + ".rms"), unit_, "RMS: root of the mean of squares");
+      card(brief(sizes_ + ".p95"), unit_, "95\u00a0% are within this");
+      card(brief(sizes_ + ".max"), unit_, "largest distance of a point");
     }
     if (d_.hausdorff) card(brief("hausdorff.upper"), unit_, "no place of either surface is farther: Hausdorff, proven");
     out_ += "</div>\n";
   }
+
+  void lead() {
+    out_ += "<p class=\"lead\">";
+    if (shown_.has_sign)
+      out_ += "On average B lies " + brief_sign(shown_.key + ".signed_mean") + "\u00a0" + unit_ + " from A; ";
+    else
+      out_ += "The mean distance is " + brief(sizes_ + ".mean") + "\u00a0" + unit_ + "; ";
+    out_ += "95\u00a0% of " + std::string(is_m3c2() ? "the core points are" : "A’s points are") + " within " +
+            brief(sizes_ + ".p95") + "\u00a0" + unit_ + (sizes_ == "c2s.a_to_b" ? " of B’s surface" : "") +
+            ", the farthest " + brief(sizes_ + ".max") + "\u00a0" + unit_ + ".</p>\n<p class=\"soft\">" +
+            (shown_.has_sign ? "Mean and colours: " + escaped(shown_.name) +
+                                   ", positive where B lies above A, or outside of a closed surface. "
+                             : "Colours: " + escaped(shown_.name) + ", which has no sign. ") +
+            "Lengths: " + unit_sentence(d_.unit) + ".</p>\n";
+  }
+  [[nodiscard]] bool is_m3c2() const { return shown_.key == "m3c2.distance"; }
 
   [[nodiscard]] SpaceScene scene() const {
     SpaceScene s;
@@ -249,6 +256,7 @@ class DistancePage : HtmlPage {
   const Distances& d_;
   Shown shown_;
   std::string unit_;
+  std::string sizes_;  ///< key of the figures without a sign
 };
 
 }  // namespace

@@ -89,9 +89,9 @@ void add_peaks(const SpaceScene& s, const std::vector<Placed>& all, std::vector<
     if (is_in[p.point]) chosen.push_back(p.point);
 }
 
-/// Normals by the planes of neighbours, and how far apart points are: to the fourth beside each, in the median.
+/// Normals by the planes of neighbours, and how far apart points are: to the sixth beside each, in the median.
 void add_normals(const SpaceScene& s, SpaceSample& sample, const Context& context) {
-  constexpr std::size_t neighbours = 12, beside = 4, block = 4096;
+  constexpr std::size_t neighbours = 12, beside = 6, block = 4096;
   std::vector<Point3> places;
   for (const Index i : sample.chosen) places.push_back(s.points[i]);
   const PointTree tree(places);
