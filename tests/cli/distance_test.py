@@ -21,7 +21,7 @@ class Output(CliTest):
         a, b = self.scans()
         self.run_cli("distance", a, b, "-o", "out/new", "--json", "copy.json")
         files = {p.name for p in self.path("out/new").iterdir()}
-        self.assertEqual(files, {"result.json", "points_a.ply", "points_b.ply"})
+        self.assertEqual(files, {"report.html", "result.json", "points_a.ply", "points_b.ply"})
         result = json.loads(self.path("out/new/result.json").read_text())
         self.assertEqual(set(result["outputs"]), files)
         self.assertEqual(self.path("copy.json").read_text(), self.path("out/new/result.json").read_text())
@@ -31,17 +31,33 @@ class Output(CliTest):
     def test_formats(self):
         a, b = self.scans()
         self.run_cli("distance", a, b, *M3C2, "-o", "csv", "--format", "csv")
-        self.assertEqual({p.name for p in self.path("csv").iterdir()}, {"result.json", "core_points.csv"})
+        self.assertEqual({p.name for p in self.path("csv").iterdir()}, {"report.html", "result.json", "core_points.csv"})
         head, *rows = self.path("csv/core_points.csv").read_text().splitlines()
         self.assertIn("lod", head)
         self.assertEqual(len(rows), 400)
         self.run_cli("convert", a, "a.las")
         self.run_cli("distance", "a.las", b, "--measure", "c2c", "-o", "las")
         self.assertEqual({p.name for p in self.path("las").iterdir()},
-                         {"result.json", "points_a.las", "points_a.ply", "points_b.ply"})
+                         {"report.html", "result.json", "points_a.las", "points_a.ply", "points_b.ply"})
         self.run_cli("distance", "a.las", b, "--measure", "c2c", "-o", "only", "--format", "las")
-        self.assertEqual({p.name for p in self.path("only").iterdir()}, {"result.json", "points_a.las", "points_b.las"})
+        self.assertEqual({p.name for p in self.path("only").iterdir()},
+                         {"report.html", "result.json", "points_a.las", "points_b.las"})
         self.assertIn("c2c", self.result("info", "only/points_a.las")["files"][0]["attributes"])
+
+    def test_report(self):
+        a, b = self.scans()
+        run = self.run_cli("distance", a, b, *M3C2[:1], "m3c2,c2s", *M3C2[2:], "-o", "out")
+        self.assertIn("out/report.html", run.stdout)
+        page, result = self.path("out/report.html").read_text(), json.loads(self.path("out/result.json").read_text())
+        self.assertLess(len(page), 5e6)
+        for words in ["Where they differ", "Is it more than the noise?", "data:image/png", "script-src 'sha256-", 'id="view-data"']:
+            self.assertIn(words, page)
+        self.assertIn(f'data-key="m3c2.significant" value="{result["m3c2"]["significant"]}"', page)
+        # Without a distance of points there is nothing to colour: the page has its tables, and no script.
+        self.run_cli("distance", a, b, "--measure", "hausdorff", "-o", "farthest")
+        page = self.path("farthest/report.html").read_text()
+        self.assertIn("Hausdorff", page)
+        self.assertNotIn("script-src", page)
 
     def test_failure_leaves_nothing(self):
         a, _ = self.scans()

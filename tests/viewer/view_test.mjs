@@ -102,6 +102,11 @@ before(async () => {
   run('compare', 'scans/a.ply', 'scans/b.ply', '-o', 'none', '--report-vertices', '0', '--no-points', '--no-cells', '--no-map');
   run('simulate', 'face', '-o', 'face', '--points', '8000');
   run('match', 'face/b.ply', 'face/a.ply', '-o', 'match');
+  run('distance', hostileFile, 'scans/b.ply', '-o', 'distance', '--measure', 'm3c2,c2s', '--normal-scale', '20', '--projection-scale', '15', '--max-depth', '20');
+  run('simulate', 'chewing', '-o', 'chewing', '--points', '6000');
+  run('sequence', 'chewing', '-o', 'sequence');
+  run('simulate', 'combine', '-o', 'parts', '--points', '9000', '--seed', '3');
+  run('combine', 'parts/face.ply', 'parts/jaw.ply', '--reference', 'parts/reference.ply', '-o', 'combine');
   exact = cells(join(folder, 'plain/difference.ply'));
   browser = await chromium.launch({executablePath: browserPath, args: ['--no-sandbox', '--enable-unsafe-swiftshader']});
 });
@@ -296,5 +301,90 @@ test('nothing serious for people who cannot see well or use no mouse', async () 
     assert.deepEqual(serious.map(v => [v.id, v.nodes.map(n => n.html.slice(0, 160))]), []);
     assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), 'no scrolling sideways');
     await close();
+  }
+});
+
+const spaces = ['distance', 'sequence', 'combine'];
+const coloursOf = page => page.evaluate(() => {
+  const source = document.querySelector('.v-stage canvas'), copy = document.createElement('canvas');
+  copy.width = source.width; copy.height = source.height;
+  const g = copy.getContext('2d');
+  g.drawImage(source, 0, 0);
+  const bytes = g.getImageData(0, 0, copy.width, copy.height).data;
+  let sum = 0;
+  for (let i = 0; i < bytes.length; i += 4) sum = (sum * 31 + bytes[i] + 3 * bytes[i + 1] + 7 * bytes[i + 2]) % 1000000007;
+  return {count: new Set(new Uint32Array(bytes.buffer)).size, sum};
+});
+
+test('points in space: pages of distance, sequence and combine ask for nothing, show something, and read places', async () => {
+  for (const name of spaces) {
+    assert.ok(statSync(join(folder, name, 'report.html')).size <= 5e6, name);
+    const {page, requests, errors, close} = await opened(name);
+    assert.ok((await coloursOf(page)).count > 100, name);
+    const canvas = page.locator('.v-stage canvas');
+    let read = [];
+    const box = await canvas.boundingBox();
+    for (const [u, v] of [[0.5, 0.5], [0.45, 0.55], [0.55, 0.45], [0.4, 0.5], [0.6, 0.6], [0.5, 0.35]]) {
+      await canvas.click({position: {x: u * box.width, y: v * box.height}});
+      if ((await page.locator('.v-read b').count()) > 0) { read = await page.locator('.v-read b').allInnerTexts(); break; }
+    }
+    assert.ok(read.length >= 4, `${name}: ${read}`);
+    const {columns} = await page.evaluate(() => JSON.parse(document.getElementById('view-data').textContent));
+    ['x', 'y', 'z'].forEach((axis, i) => {
+      const {low, step} = columns.find(c => c.name === axis), at = numbers(read[i])[0];
+      assert.ok(at >= low - 2 * step && at <= low + 1048577 * step, `${name} ${axis} ${at}`);
+    });
+    assert.equal(requests.length, 1, requests.join('\n'));
+    assert.deepEqual(errors, []);
+    assert.equal(await page.evaluate(() => window.hacked), undefined);
+    if (name === 'distance') assert.ok((await page.locator('body').evaluate(b => b.textContent)).includes(hostileFile));
+    await close();
+  }
+});
+
+test('a sequence plays, stops and steps, each frame with its motion', async () => {
+  const {page, errors, close} = await opened('sequence');
+  const slider = page.getByLabel('Frame', {exact: true}), tag = page.locator('.v-tag');
+  const first = await coloursOf(page), label = await tag.innerText();
+  await page.getByRole('button', {name: 'Play'}).click();
+  await page.waitForFunction(() => Number(document.querySelector('.v-play input').value) > 2);
+  await page.getByRole('button', {name: 'Pause'}).click();
+  await slider.fill('9');
+  assert.notEqual(await tag.innerText(), label);
+  await page.waitForTimeout(300);
+  assert.notEqual((await coloursOf(page)).sum, first.sum);
+  await page.locator('.v-stage canvas').press(',');
+  assert.equal(await slider.inputValue(), '8');
+  await page.locator('.v-stage canvas').press('.');
+  await page.waitForTimeout(600);
+  assert.match(page.url(), /frame=9/);
+  const {frames} = await page.evaluate(() => JSON.parse(document.getElementById('view-data').textContent));
+  const result = JSON.parse(readFileSync(join(folder, 'sequence/result.json'), 'utf8'));
+  const used = result.frames.filter(f => f.skipped === null);
+  assert.equal(frames.length, used.length);
+  frames.forEach((f, i) => assert.deepEqual(f.matrix, used[i].motion.slice(0, 3).flat()));
+  assert.deepEqual(errors, []);
+  await close();
+});
+
+test('pages of points in space are complete without scripts, printed with the view, and serve everybody', async () => {
+  for (const name of spaces) {
+    const bare = await opened(name, '', {javaScriptEnabled: false});
+    assert.ok(await bare.page.locator('figure img, figure svg, main svg').first().isVisible(), name);
+    assert.equal(await bare.page.locator('#view').innerText(), '');
+    await bare.close();
+    for (const options of [{}, {colorScheme: 'dark'}, {viewport: {width: 390, height: 844}, hasTouch: true}]) {
+      const {page, close} = await opened(name, '', {bypassCSP: true, ...options});
+      await page.evaluate(() => { for (const d of document.querySelectorAll('.v-panel details')) d.open = true; });
+      await page.addScriptTag({path: require.resolve('axe-core')});
+      const {violations} = await page.evaluate(() => window.axe.run());
+      const serious = violations.filter(v => v.impact === 'serious' || v.impact === 'critical');
+      assert.deepEqual(serious.map(v => [v.id, v.nodes.map(n => n.html.slice(0, 160))]), [], name);
+      assert.ok(await page.evaluate(() => document.documentElement.scrollWidth <= innerWidth), `${name}: no scrolling sideways`);
+      await page.evaluate(() => window.dispatchEvent(new Event('beforeprint')));
+      await page.emulateMedia({media: 'print'});
+      assert.ok(await page.locator('.v-print').isVisible() && !(await page.locator('.v-stage').isVisible()));
+      await close();
+    }
   }
 });

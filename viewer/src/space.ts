@@ -229,7 +229,7 @@ export class SpaceView {
 
   private player(): HTMLElement[] {
     const frames = this.page.frames, said = el('output', {'aria-live': 'off'});
-    const slider = el('input', {type: 'range', min: 0, max: frames.length - 1, step: 1, 'aria-label': 'Frame', input: () => { this.play(false); this.setFrame(Number(slider.value)); }});
+    const slider = el('input', {type: 'range', min: 0, max: frames.length - 1, step: 1, 'aria-label': 'Frame', input: () => { const frame = Number(slider.value); this.play(false); this.setFrame(frame); }});
     const speed = el('select', {'aria-label': 'Speed', change: () => { this.speed = Number(speed.value); if (this.playing) { this.play(false); this.play(true); } }},
       ...[['0.25', 'quarter speed'], ['0.5', 'half speed'], ['1', 'as recorded'], ['2', 'double speed']].map(([value, text]) => el('option', {value: value!}, text!)));
     speed.value = '1'; speed.style.width = 'auto';

@@ -3,11 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <numbers>
 #include <optional>
 
 #include "isopach/apps/face_pose.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/match/verdict/shape_detail.hpp"
 #include "isopach/report/draw/chart.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/values.hpp"
@@ -65,6 +67,45 @@ class CombinePage : HtmlPage {
   }
 
  private:
+  /// Where the pose of the face is not found: the scan's plane faces the viewer, the side that it bulges to in front,
+  /// and the jaw is below.
+  [[nodiscard]] Pose facing() const {
+    if (c_.counts[0] < 3 || c_.counts[1] == 0) return {};
+    std::vector<Index> face;
+    Point3 jaw{0, 0, 0};
+    const double share = 1 / static_cast<double>(c_.counts[1]);
+    for (std::size_t i = 0; i < c_.points.size(); ++i) {
+      if (c_.part[i] == CombinedPart::face) face.push_back(static_cast<Index>(i));
+      if (c_.part[i] != CombinedPart::jaw) continue;
+      jaw = {jaw.x + share * c_.points[i].x, jaw.y + share * c_.points[i].y, jaw.z + share * c_.points[i].z};
+    }
+    const LocalPlane plane = plane_of(c_.points, face);
+    const auto from_middle = [&](const Point3& p) {
+      return Point3{p.x - plane.centre.x, p.y - plane.centre.y, p.z - plane.centre.z};
+    };
+    Point3 front = plane.normal;
+    double mean = 0, rim = 0;  // of a surface that bulges, what is far from its middle lies behind
+    for (const Index i : face)
+      mean += dot(from_middle(c_.points[i]), from_middle(c_.points[i])) / static_cast<double>(face.size());
+    for (const Index i : face) {
+      const Point3 p = from_middle(c_.points[i]);
+      rim += dot(front, p) * (dot(p, p) - mean);
+    }
+    if (rim > 0) front = {-front.x, -front.y, -front.z};
+    jaw = from_middle(jaw);
+    const double h = dot(front, jaw);
+    Point3 up{h * front.x - jaw.x, h * front.y - jaw.y, h * front.z - jaw.z};
+    const double size = std::sqrt(dot(up, up));
+    if (!(size > 0)) return {};
+    up = {up.x / size, up.y / size, up.z / size};
+    const Point3 right{up.y * front.z - up.z * front.y, up.z * front.x - up.x * front.z,
+                       up.x * front.y - up.y * front.x};
+    Pose out;
+    out.m = {right.x, right.y, right.z, 0, up.x, up.y, up.z, 0, front.x, front.y, front.z, 0, 0, 0, 0, 1};
+    return out;
+  }
+  [[nodiscard]] static double dot(const Point3& a, const Point3& b) { return a.x * b.x + a.y * b.y + a.z * b.z; }
+
   /// The model as the view has it, coloured by where its points are from.
   [[nodiscard]] std::string model(const Context& context) const {
     SpaceScene s;
@@ -79,7 +120,7 @@ class CombinePage : HtmlPage {
                {"object in the face scan", "#8fbf8f"},
                {"object in the jaw scan", "#c7a3d1"}};
     s.azimuth = 25, s.elevation = 5;
-    if (face_) s.upright = upright(*face_);
+    s.upright = face_ ? upright(*face_) : facing();
     return space_view(s, sample_space(s, default_space_points, context));
   }
 
