@@ -368,7 +368,7 @@ export class SpaceView {
   private pixel(): number {
     return 2 * this.camera.position.distanceTo(this.controls.target) * Math.tan(this.camera.fov * Math.PI / 360) / Math.max(1, this.canvas.clientHeight);
   }
-  private pointPixels(): number { return 0.8 * this.page.spacing * this.size / this.pixel(); }
+  private pointPixels(): number { return this.page.spacing * this.size / this.pixel(); }
 
   private resize(): void {
     const {clientWidth: w, clientHeight: h} = this.canvas;
@@ -386,7 +386,7 @@ export class SpaceView {
     const size = this.renderer.getDrawingBufferSize(new Vector2()), distance = this.camera.position.length();
     this.camera.far = distance + 3 * this.radius; this.camera.near = Math.max(this.camera.far / 10000, distance - 3 * this.radius);
     this.camera.updateProjectionMatrix();
-    this.uniforms['size']!.value = 1.6 * this.page.spacing * this.size;
+    this.uniforms['size']!.value = 2 * this.page.spacing * this.size;
     this.uniforms['pixels']!.value = size.y / (2 * Math.tan(this.camera.fov * Math.PI / 360));
     this.mark.visible = this.last >= 0;
     if (this.last >= 0) { const p = this.at(this.last); this.mark.geometry.dispose(); this.mark.geometry = new BufferGeometry().setFromPoints([p]); }

@@ -346,7 +346,7 @@ Image space_picture(const SpaceScene& s, const SpaceSample& sample, int width, i
   if (box.empty()) return out.take();
   const double scale = 0.94 * std::min(width / std::max(box.max.x - box.min.x, 1e-300),
                                        height / std::max(box.max.y - box.min.y, 1e-300));
-  const double radius = std::clamp(0.8 * sample.spacing * scale, 1.2, 40.0);
+  const double radius = std::clamp(sample.spacing * scale, 1.2, 40.0);
   for (std::size_t k = 0; k < seen.size(); ++k) {
     const Point3 n = turned_by(look, turned_by(s.upright, sample.normals[k]));
     const double sign = n.z < 0 ? -1 : 1, light = sign * (-0.45 * n.x + 0.55 * n.y + 0.70 * n.z);
