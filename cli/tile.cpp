@@ -116,10 +116,11 @@ int plan(const Arguments& arguments) {
   CompareRequest request;
   std::string folder;
   JobLimits limits;
-  Command command("tile plan",
-                  "Looks at both scans twice, block by block, and sorts their points into tiles: squares of a quadtree\n"
-                  "that hold few enough points each.\nA and B: files, folders, patterns, lists, catalogues.\n",
-                  codes);
+  Command command(
+      "tile plan",
+      "Looks at both scans twice, block by block, and sorts their points into tiles: squares of a quadtree\n"
+      "that hold few enough points each.\nA and B: files, folders, patterns, lists, catalogues.\n",
+      codes);
   command.positional("A", request.path_a, "Reference scan, or the one before: a file or a set of files");
   command.positional("B", request.path_b, "Compared scan, or the one after");
   command.heading("Job");

@@ -200,7 +200,7 @@ class Planner {
     scan.name = word;
     const std::vector<std::string> files = files_of(word);
     ScanSystem system;
-    std::vector<FileNotes> notes;
+    std::vector<FileNotes> told;
     for (const std::string& path : files) {
       const FileSummary stamp = summarise(path, wanted_, context_);
       scan.files.push_back({path, stamp.bytes, stamp.modified_ns});
@@ -211,9 +211,9 @@ class Planner {
       scan.format = files.size() > 1 ? "set" : about.format;
       scan.nodata += about.nodata;
       scan.is_raster = scan.is_raster || (files.size() == 1 && about.grid.has_value());
-      notes.push_back({path, about.notes});
+      told.push_back({path, about.notes});
     }
-    scan.notes = join_notes(notes);
+    scan.notes = join_notes(told);
     scan.unit = system.unit, scan.vertical_unit = system.vertical_unit, scan.crs = system.crs;
   }
 

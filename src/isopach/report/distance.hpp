@@ -13,8 +13,8 @@ namespace isopach {
 /// Aligned lines with units, warnings last. Ends with a newline; no colours.
 [[nodiscard]] std::string distance_text(const Distances& d);
 
-/// report.html: A coloured by its distance, as a picture and as a view that people turn; figures with units. `a`: the scan
-/// that was measured; `json`: the text of distance_json.
+/// report.html: A coloured by its distance, as a picture and as a view that people turn; figures with units. `a`: the
+/// scan that was measured; `json`: the text of distance_json.
 [[nodiscard]] std::string distance_html(const Distances& d, const CloudView& a, const std::string& json,
                                         const Context& context);
 

@@ -129,9 +129,10 @@ void for_meshes(const PartedCells& parted, const MeasuredCells& rest, const Cont
   constexpr std::size_t some = std::size_t{1} << 18;
   for (std::size_t begin = 0; begin < parted.in_parts(); begin += some) {
     context.check();
-    parted.visit(begin, std::min(begin + some, parted.in_parts()), [&](const auto& view, std::size_t from, std::size_t to) {
-      if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>) f(cells_of(view, from, to));
-    });
+    parted.visit(begin, std::min(begin + some, parted.in_parts()),
+                 [&](const auto& view, std::size_t from, std::size_t to) {
+                   if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>) f(cells_of(view, from, to));
+                 });
   }
   f(rest);
 }
@@ -163,9 +164,8 @@ RasterLayers difference_layers(const PartedCells& parted, const Comparison& c, d
   });
   const MapGrid grid(box.empty() ? box_of(rest) : box, rest.offset, step);
   PixelSums sums;
-  for_meshes(parted, rest, context, [&](const MeasuredCells& cells) {
-    add_over_pixels(view_of(cells), grid.pixels, sums, context);
-  });
+  for_meshes(parted, rest, context,
+             [&](const MeasuredCells& cells) { add_over_pixels(view_of(cells), grid.pixels, sums, context); });
   return layers_of(grid, sums, rest.offset[2], c);
 }
 
