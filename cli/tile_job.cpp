@@ -421,6 +421,20 @@ std::string id_of(const std::string& text) {
   return fmt::format("{:016x}", hash);
 }
 
+/// Before hours of work: the points, and about as much again twice for what tiles leave.
+void require_room(const fs::path& folder, const Job& job) {
+  std::error_code error;
+  const fs::space_info space = fs::space(folder, error);
+  if (error) return;  // the disk does not tell; writing will
+  std::uint64_t points = 0;
+  for (const JobScan& scan : job.scan) points += scan.extent.cleaning.points;
+  constexpr std::uint64_t bytes = 80;
+  if (points * bytes > space.available)
+    fail_to_write((folder / "points").string(),
+                  fmt::format("a job of {} points takes about {}, and {} are free there", points,
+                              bytes_in_words(points * bytes), bytes_in_words(space.available)));
+}
+
 /// What a tile left of an earlier failure.
 void say_failed(const fs::path& path, const std::string& why) {
   std::error_code ignored;
@@ -591,6 +605,7 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
     stages::check_units(header_of(job.scan[0]), header_of(job.scan[1]), options, refused);
     job.frame = choose_frame({job.scan[0].extent, job.scan[1].extent}, {a, b}, options.project.direction);
     made.make();
+    require_room(folder, job);
     context.step("sorting points into tiles", 0);
     planner.sort_into_tiles(most);
   });
