@@ -41,7 +41,8 @@ inline constexpr const char* view_place = "<div id=\"view\"></div>\n";
 [[nodiscard]] std::string view_of(const std::vector<ViewScene>& scenes, const ViewWords& words, const MapOptions& look,
                                   const ViewLimits& limits, const Context& context);
 
-/// The page's data. No markup can be read out of it: a parser ends a script at its end tag alone, which begins with "<".
+/// The page's data. No markup can be read out of it: a parser ends a script at its end tag alone, which begins with
+/// "<".
 [[nodiscard]] std::string view_element(const std::string& json);
 [[nodiscard]] std::string view_script_element();
 
