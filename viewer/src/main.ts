@@ -628,7 +628,7 @@ function keepPictures(place: HTMLElement, word: string): void {
     kept.append(...figures);
   }
   // Tables that are wider than a phone are scrolled by keys, too.
-  for (const box of document.querySelectorAll<HTMLElement>('.scroll')) if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
+  for (const box of document.querySelectorAll<HTMLElement>('.scroll, main > pre')) if (box.scrollWidth > box.clientWidth) box.tabIndex = 0;
 }
 
 async function start(): Promise<void> {

@@ -12,7 +12,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/verdict_values.hpp"
 #include "isopach/report/page/words.hpp"
-#include "isopach/report/view/view.hpp"
+#include "isopach/report/view/view_page.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -106,10 +106,10 @@ Json verdict_json(const std::vector<AccuracyCheck>& checks) {
   return {{"passed", checks.empty() ? Json(nullptr) : Json(passed)}, {"checks", rows}};
 }
 
-class Page : public HtmlPage {
+class Page : public ViewPage {
  public:
   Page(const Accuracy& a, const std::string& json, const MapOptions& look)
-      : HtmlPage(json),
+      : ViewPage(json),
         a_(a),
         look_(look),
         title_(look.title.empty() ? "Accuracy of " + input_name(a.comparison.b) : clean_utf8(look.title)),

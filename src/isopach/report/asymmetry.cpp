@@ -14,7 +14,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/values.hpp"
 #include "isopach/report/page/words.hpp"
-#include "isopach/report/view/view.hpp"
+#include "isopach/report/view/view_page.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -209,10 +209,10 @@ std::string of_page(const std::string& side, const Asymmetry& a) {
   return side_of_patient(a) == 0 ? named(side, a) : "patient's " + side;
 }
 
-class Page : public HtmlPage {
+class Page : public ViewPage {
  public:
   Page(const Asymmetry& a, const std::string& json, const MapOptions& look)
-      : HtmlPage(json),
+      : ViewPage(json),
         a_(a),
         look_(look),
         title_(look.title.empty() ? "Asymmetry of " + input_name(a.face) : clean_utf8(look.title)),

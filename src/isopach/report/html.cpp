@@ -19,7 +19,7 @@
 #include "isopach/report/page/uncertainty.hpp"
 #include "isopach/report/page/words.hpp"
 #include "isopach/report/report.hpp"
-#include "isopach/report/view/view.hpp"
+#include "isopach/report/view/view_page.hpp"
 
 namespace isopach {
 namespace {
@@ -29,10 +29,10 @@ constexpr Typography fine = Typography::fine;
 
 constexpr const char* told_columns = "<th>name</th><th class=\"n\"></th><th class=\"u\">unit</th><th>what it says</th>";
 
-class Page : public HtmlPage {
+class Page : public ViewPage {
  public:
   Page(const Comparison& c, const std::string& json, const MapOptions& look, const Matching* matched)
-      : HtmlPage(json), c_(c), look_(look), matched_(matched) {}
+      : ViewPage(json), c_(c), look_(look), matched_(matched) {}
 
   std::string write(const std::string& map_png, const std::optional<Truth>& truth) {
     const std::string title =

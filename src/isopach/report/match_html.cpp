@@ -11,7 +11,7 @@
 #include "isopach/report/page/moved.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/words.hpp"
-#include "isopach/report/view/view.hpp"
+#include "isopach/report/view/view_page.hpp"
 
 namespace isopach {
 namespace {
@@ -19,9 +19,9 @@ namespace {
 constexpr Typography fine = Typography::fine;
 constexpr double degrees = 180 / std::numbers::pi;
 
-class MatchPage : HtmlPage {
+class MatchPage : ViewPage {
  public:
-  MatchPage(const Matching& m, const std::string& json) : HtmlPage(json), m_(m), unit_(escaped(unit_text(m.unit))) {}
+  MatchPage(const Matching& m, const std::string& json) : ViewPage(json), m_(m), unit_(escaped(unit_text(m.unit))) {}
 
   std::string write(const MatchPictures& files) {
     const std::string title = input_name(m_.moving) + " on " + input_name(m_.fixed);

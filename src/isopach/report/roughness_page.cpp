@@ -5,7 +5,7 @@
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/roughness.hpp"
-#include "isopach/report/view/view.hpp"
+#include "isopach/report/view/view_page.hpp"
 
 namespace isopach {
 namespace {
@@ -41,9 +41,9 @@ MapOptions with_words(MapOptions look, const Roughness& r, const Texture& x) {
   return look;
 }
 
-class Page : public HtmlPage {
+class Page : public ViewPage {
  public:
-  Page(const Roughness& r, const std::string& json) : HtmlPage(json), r_(r), unit_(escaped(unit_text(r.unit))) {}
+  Page(const Roughness& r, const std::string& json) : ViewPage(json), r_(r), unit_(escaped(unit_text(r.unit))) {}
 
   std::string write_with_view(const std::vector<ReportPicture>& pictures, const MapOptions& look,
                               const Context& context) {

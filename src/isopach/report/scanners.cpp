@@ -10,7 +10,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/verdict_values.hpp"
 #include "isopach/report/page/words.hpp"
-#include "isopach/report/view/view.hpp"
+#include "isopach/report/view/view_page.hpp"
 #include "isopach/version.hpp"
 
 namespace isopach {
@@ -63,10 +63,10 @@ std::string words_of(const Scanners& s) {
   return std::string(a ? "A" : "B") + " resolves finer detail than " + (a ? "B" : "A");
 }
 
-class Page : public HtmlPage {
+class Page : public ViewPage {
  public:
   Page(const Scanners& s, const std::string& json, const MapOptions& look)
-      : HtmlPage(json),
+      : ViewPage(json),
         s_(s),
         look_(look),
         title_(look.title.empty() ? "Scanners of " + input_name(s.reference) : clean_utf8(look.title)),

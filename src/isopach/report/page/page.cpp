@@ -138,12 +138,6 @@ void HtmlPage::add_view(const std::string& view, const std::string& policy) {
   out_.insert(out_.size() - end.size(), view);
 }
 
-std::string HtmlPage::with_view(const std::vector<ViewScene>& scenes, const ViewWords& words, const MapOptions& look,
-                                const Context& context) {
-  add_view(view_of(scenes, words, look, {look.vertices, bytes_but_times()}, context), view_policy());
-  return out_;
-}
-
 void HtmlPage::close_page() { out_ += "</main>\n</body>\n</html>\n"; }
 
 void HtmlPage::finish_page(const std::vector<std::string>& left_out) {

@@ -9,8 +9,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "isopach/report/view/view.hpp"
-
 namespace isopach {
 
 /// Text for HTML: valid UTF-8 (see clean_utf8) with & < > " ' as entities.
@@ -65,9 +63,6 @@ class HtmlPage {
   [[nodiscard]] std::size_t bytes_but_times() const;
   /// Adds what view_of gave, for view_place; nothing where it is empty. After close_page().
   void add_view(const std::string& view, const std::string& policy);
-  /// The finished page with the view of these scenes; look.vertices limits it.
-  [[nodiscard]] std::string with_view(const std::vector<ViewScene>& scenes, const ViewWords& words,
-                                      const MapOptions& look, const Context& context);
   /// result.json itself, and the foot of the page.
   void raw();
 
