@@ -37,7 +37,7 @@ class Info(CliTest):
             self.assertIn(f'data-key="files.{i}.points" value="{file["points"]}"', page)
         for words in ["data:image/png", "script-src 'sha256-", 'id="view-data"', "coloured by height"]:
             self.assertIn(words, page)
-        self.fails(3, "info", a, "nowhere.ply", "-o", "none", says=["nowhere.ply"])
+        self.fails(3, "info", "nowhere.ply", "-o", "none", says=["nowhere.ply"])
         self.assertFalse(self.path("none").exists())
 
     def test_report_of_a_name_that_is_markup(self):
