@@ -13,7 +13,9 @@
 #include "cli/verbs.hpp"
 #include "isopach/base/option_key.hpp"
 #include "isopach/field/height_field.hpp"
+#include "isopach/io/output_file.hpp"
 #include "isopach/io/read.hpp"
+#include "isopach/report/info.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -28,7 +30,8 @@ constexpr const char* footer =
     "\n"
     "Examples:\n"
     "  isopach info before.laz after.laz\n"
-    "  isopach info scan.ply --json -";
+    "  isopach info scan.ply --json -\n"
+    "  isopach info scan.ply -o out                               out/report.html";
 
 struct Info {
   Cloud cloud;
@@ -149,14 +152,15 @@ std::string to_text(const std::string& path, const Info& info) {
 
 int run_info(const Arguments& arguments) {
   std::vector<std::string> paths;
-  std::string json_path;
   ProjectOptions project_options;
   RunOptions run_options;
   Command command("info", description, footer);
   command.positional("FILE", paths, "Files to look at");
-  command.heading("Output");
-  command.option("--json", "FILE", json_path, "All as JSON to FILE; - prints it, and nothing else, on stdout")
-      .check(not_empty());
+  Delivery delivery;
+  add_result_options(
+      command, delivery,
+      "Folder for result.json and report.html, with a picture and a view of the first file's points; made "
+      "if it is not there");
   command.heading("Scans");
   command.parsed("--direction", "x|y|z|fit|X,Y,Z", project_options.direction, parse_direction,
                  "Direction that duplicates, layers and spacing are seen along (default z)");
@@ -164,17 +168,29 @@ int run_info(const Arguments& arguments) {
   if (!command.parse(arguments)) return 0;
 
   Run run(run_options);
+  std::unique_ptr<OutputFolder> folder;
+  if (!delivery.output.empty()) folder = std::make_unique<OutputFolder>(delivery.output);
+  Array<Point3> first;
   nlohmann::ordered_json json{{"schema", "isopach.info/1"}, {"files", nlohmann::ordered_json::array()}};
   auto answer = std::make_unique<InfoAnswer>();
   for (const std::string& path : paths) {
-    const Info info = inspect(path, project_options, run.context());
+    Info info = inspect(path, project_options, run.context());
     json["files"].push_back(to_json(name_of_scan(path), info));
     const std::string text = to_text(name_of_scan(path), info);
     answer->words += text;
-    if (json_path != "-") run.show(text);
+    if (delivery.json != "-") run.show(text);
+    if (folder && json["files"].size() == 1) first = std::move(info.cloud.points);
   }
   answer->record = json.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
-  if (!json_path.empty()) write_json(json_path, answer->record, run);
+  if (folder) {
+    const std::string result = folder->path("result.json"), page = folder->path("report.html");
+    write_text_atomically(result, answer->record);
+    write_text_atomically(page, info_html(answer->record, first, run.context()));
+    run.context().check();
+    folder->commit();
+    if (delivery.json != "-") run.show("report: " + folder->final_path("report.html"));
+  }
+  if (!delivery.json.empty()) write_json(delivery.json, answer->record, run);
   return finish(std::move(answer), {}, nullptr, run);
 }
 

@@ -25,6 +25,27 @@ class Help(CliTest):
 
 
 class Info(CliTest):
+    def test_report(self):
+        a, b = self.scans()
+        run = self.run_cli("info", a, b, "-o", "out", "--json", "copy.json")
+        self.assertIn("report: out/report.html", run.stdout)
+        self.assertEqual({p.name for p in self.path("out").iterdir()}, {"result.json", "report.html"})
+        self.assertEqual(self.path("copy.json").read_text(), self.path("out/result.json").read_text())
+        page, files = self.path("out/report.html").read_text(), json.loads(self.path("copy.json").read_text())["files"]
+        self.assertLess(len(page), 5e6)
+        for i, file in enumerate(files):
+            self.assertIn(f'data-key="files.{i}.points" value="{file["points"]}"', page)
+        for words in ["data:image/png", "script-src 'sha256-", 'id="view-data"', "coloured by height"]:
+            self.assertIn(words, page)
+        self.fails(3, "info", "nowhere.ply", "-o", "none", says=["nowhere.ply"])
+        self.assertFalse(self.path("none").exists())
+
+    def test_report_of_a_name_that_is_markup(self):
+        name = "<img src=x onerror=alert(1)>.xyz"
+        self.write(name, points(1))
+        self.run_cli("info", name, "-o", "out")
+        self.assertNotIn("<img src=x", self.path("out/report.html").read_text())
+
     def test_numbers(self):
         grid = [(float(x), float(y), 0.5 * x) for x in range(30) for y in range(20)]
         self.write("grid.xyz", grid + [(3.0, 4.0, 9.0)])
