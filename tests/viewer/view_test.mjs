@@ -105,6 +105,7 @@ before(async () => {
   run('distance', hostileFile, 'scans/b.ply', '-o', 'distance', '--measure', 'm3c2,c2s', '--normal-scale', '20', '--projection-scale', '15', '--max-depth', '20');
   run('simulate', 'chewing', '-o', 'chewing', '--points', '6000');
   run('sequence', 'chewing', '-o', 'sequence');
+  run('info', hostileFile, '-o', 'info');
   run('simulate', 'combine', '-o', 'parts', '--points', '9000', '--seed', '3');
   run('combine', 'parts/face.ply', 'parts/jaw.ply', '--reference', 'parts/reference.ply', '-o', 'combine');
   exact = cells(join(folder, 'plain/difference.ply'));
@@ -304,7 +305,7 @@ test('nothing serious for people who cannot see well or use no mouse', async () 
   }
 });
 
-const spaces = ['distance', 'sequence', 'combine'];
+const spaces = ['distance', 'sequence', 'combine', 'info'];
 const coloursOf = page => page.evaluate(() => {
   const source = document.querySelector('.v-stage canvas'), copy = document.createElement('canvas');
   copy.width = source.width; copy.height = source.height;
