@@ -9,6 +9,7 @@
 #include "isopach/report/page/page.hpp"
 #include "isopach/report/page/words.hpp"
 #include "isopach/report/view/space.hpp"
+#include "isopach/report/view/view.hpp"
 
 namespace isopach {
 namespace {
