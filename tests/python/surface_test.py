@@ -80,6 +80,8 @@ PAGES = sorted((ROOT / "docs").glob("**/*.md")) + [ROOT / "README.md"]
 @pytest.mark.parametrize("page", [p for p in PAGES if "```python" in p.read_text()], ids=lambda p: p.name)
 def test_code_of_pages_runs(page: pathlib.Path, tmp_path: pathlib.Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.chdir(tmp_path)
+    if "ISOPACH_BIN" in os.environ:
+        monkeypatch.setenv("ISOPACH_PROGRAM", os.environ["ISOPACH_BIN"])
     blocks = re.findall(r"```python\n(.*?)```", page.read_text(), re.DOTALL)
     room: dict[str, Any] = {}
     for block in blocks:
