@@ -24,6 +24,13 @@ std::string package_of(const std::string& library) {
                                package_of(library)));
 }
 
+/// The loader of the C library has no number for it: all of its messages of this kind begin so.
+bool says_no_memory(const char* message) {
+  for (const char* words : {"cannot create ", "cannot allocate ", "cannot extend ", "out of memory"})
+    if (std::strstr(message, words) != nullptr) return true;
+  return false;
+}
+
 void CPL_STDCALL keep_message(CPLErr severity, CPLErrorNum number, const char* message) {
   // Behind a fatal message GDAL prints and aborts. It is C++: an exception passes through it.
   if (severity == CE_Fatal) throw std::bad_alloc();
@@ -43,6 +50,7 @@ Gdal load_gdal(const std::string& library, const std::string& what) {
   void* const handle = dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
     const char* const cause = dlerror();
+    if (cause != nullptr && says_no_memory(cause)) throw std::bad_alloc();
     fail(what, library, cause != nullptr ? cause : library);
   }
   Gdal loaded;
