@@ -8,6 +8,7 @@
 #include "arrays.hpp"
 #include "beside.hpp"
 #include "bindings.hpp"
+#include "cli/session.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/io/write.hpp"
 
@@ -77,7 +78,7 @@ Scan read_scan(const nb::bytes& path, int threads, nb::object progress) {
     context.progress = session.progress;
     ReadOptions all;
     all.all_attributes = all.faces = true;
-    *cloud = read_cloud(name, all, context);
+    *cloud = cli::cloud_named(name, all, context);
   });
   return scan_of_cloud(cloud);
 }

@@ -136,6 +136,15 @@ def test_geojson_with_a_part_missing_is_one_line(terrain: isopach.Scene, broken:
         isopach.compare(terrain.a, terrain.b, include=broken)
 
 
+def test_a_folder_is_read_as_one_scan(terrain: isopach.Scene, tmp_path: pathlib.Path) -> None:
+    points = np.array(terrain.a.points)
+    for k in range(3):
+        isopach.scan(points[k::3]).write(tmp_path / f"part-{k}.ply")
+    whole = isopach.read(tmp_path)
+    assert len(whole) == len(points)
+    assert isopach.compare(whole, terrain.b).volume == isopach.compare(terrain.a, terrain.b).volume
+
+
 def test_a_ragged_pose_is_one_line(terrain: isopach.Scene) -> None:
     with pytest.raises(isopach.UsageError, match="^start: ") as told:
         isopach.match(terrain.a, terrain.b, start=[np.zeros((0, 2)), np.zeros((1, 2))])
