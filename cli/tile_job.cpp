@@ -643,6 +643,7 @@ Job read_job(const fs::path& folder, const Context& context) {
       t.at("level").get_to(tile.square.level), t.at("prefix").get_to(tile.square.prefix);
       t.at("points").get_to(tile.square.points);
       tile.runs = {runs_of(t.at("a")), runs_of(t.at("b"))};
+      if (tile.square.level < 0 || tile.square.level > 32) throw InputError("");
       job.tiles.push_back(std::move(tile));
     }
     return job;

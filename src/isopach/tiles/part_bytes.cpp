@@ -1,5 +1,6 @@
 #include "isopach/tiles/part_bytes.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <cstring>
@@ -133,6 +134,18 @@ void get(Reader& from, ScanPart& scan) {
   scan.layers = LayerCheck(layers);
 }
 
+/// Numbers that stay within the arrays they are of.
+bool is_whole(const ScanPart& scan, std::uint64_t nodes_of_t) {
+  const std::size_t n = scan.xy.size();
+  const auto below = [](const auto& values, std::uint64_t end) {
+    return std::all_of(values.begin(), values.end(), [&](Index v) { return v < end; });
+  };
+  return scan.z.size() == n && scan.in_t.size() == n && scan.asked.size() == n &&
+         (scan.spread.empty() || scan.spread.size() == n) && scan.known.size() == scan.certified.size() &&
+         below(scan.in_t, nodes_of_t) &&
+         std::all_of(scan.certified.begin(), scan.certified.end(), [&](const Corners& v) { return below(v, n); });
+}
+
 }  // namespace
 
 std::string bytes_of(const Part& part, const std::string& job) {
@@ -157,6 +170,11 @@ Part part_of(std::span<const char> bytes, const std::string& job, const std::str
   from.get(part.nodes), from.get(part.cells), from.get(part.joining), from.get_all(part.open);
   from.get(found);
   from.expect_end();
+  const std::size_t nodes = part.scan[0].xy.size() + part.scan[1].xy.size();
+  const auto holds = [&](const Corners& v) { return v[0] < nodes && v[1] < nodes && v[2] < nodes; };
+  if (!is_whole(part.scan[0], part.nodes) || !is_whole(part.scan[1], part.nodes) ||
+      !std::all_of(part.open.begin(), part.open.end(), holds))
+    from.refuse();
   return part;
 }
 
