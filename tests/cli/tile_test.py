@@ -86,12 +86,12 @@ class Tiles(CliTest):
 
     def test_max_memory_takes_tiles_where_they_are_needed(self):
         whole = self.whole()
-        self.run_cli("simulate", "terrain", "--points", "3000000", "-o", "large")
+        self.run_cli("simulate", "terrain", "--points", "1200000", "-o", "large")
         large = [f"large/{name}.ply" for name in "ab"]
         expected = told(self.run_cli("compare", *large, "--json", "-").stdout)
         temporary = self.path("temporary")
         temporary.mkdir()
-        done = subprocess.run([BIN, "compare", *large, "--json", "-", "--max-memory", "400M"], cwd=self.folder,
+        done = subprocess.run([BIN, "compare", *large, "--json", "-", "--max-memory", "310M"], cwd=self.folder,
                               env={**os.environ, "TMPDIR": str(temporary)}, capture_output=True, text=True, check=True)
         self.assertEqual(told(done.stdout), expected)
         self.assertEqual(os.listdir(temporary), [])
