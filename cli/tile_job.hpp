@@ -1,9 +1,14 @@
 // A comparison made in tiles, as a folder: what `tile plan` writes, every `tile run` reads, and `tile reduce` joins.
 //
-//   JOB/manifest.json   inputs, options, frame, tiles                    written last by plan: without it there is no
-//   job JOB/points          points of both scans in the frame, tile by tile  24 bytes a point JOB/tiles/K.cells   final
-//   cells of tile K JOB/tiles/K.part    what it passes up; with it the tile is done JOB/tiles/K.failed  why the last
-//   run of it failed, in one line
+// JOB/manifest.json: inputs, options, frame, tiles. Written last by plan: without it there is no job.
+//
+// JOB/points: points of both scans in the frame, tile by tile, 24 bytes each.
+//
+// JOB/tiles/K.cells: final cells of tile K.
+//
+// JOB/tiles/K.part: what it passes up; with it the tile is done.
+//
+// JOB/tiles/K.failed: why the last run of it failed, in one line.
 #pragma once
 #include <array>
 #include <cstdint>
@@ -13,8 +18,10 @@
 #include <string>
 #include <vector>
 
+#include "cli/tile_points.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/context.hpp"
+#include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/measure/parted_cells.hpp"
@@ -34,13 +41,11 @@ struct JobScan {
   std::vector<FileStamp> files;
   std::vector<std::string> notes;
   std::size_t nodata = 0;
-  bool is_raster = false;
+  bool is_raster = false;  ///< its file; whether it is one height a cell goes by direction and pose
   ScanExtent extent;
-};
 
-/// Points of one tile or a part of one, one behind the other in JOB/points.
-struct PointRun {
-  std::uint64_t first = 0, count = 0;
+  /// What a comparison asks of a scan beside its points.
+  [[nodiscard]] CloudView header() const;
 };
 
 struct JobTile {
@@ -58,6 +63,8 @@ struct Job {
 
   [[nodiscard]] std::filesystem::path tile_file(std::size_t k, const char* ending) const;
   [[nodiscard]] bool is_done(std::size_t k) const;
+  /// Whether scan k is one height a cell, as stages::MergedSpread::is_raster.
+  [[nodiscard]] bool is_raster(std::size_t k, const CompareOptions& options) const;
 };
 
 struct JobLimits {
@@ -75,6 +82,9 @@ struct JobLimits {
 [[nodiscard]] Job plan_job(const std::string& a, const std::string& b, const CompareOptions& options,
                            const Arguments& words, const JobLimits& limits, const std::filesystem::path& folder,
                            const Context& context);
+
+/// JOB/manifest.json, from which the id follows.
+void write_manifest(Job& job);
 
 /// UsageError if there is no job in the folder; InputError if its manifest is damaged.
 [[nodiscard]] Job read_job(const std::filesystem::path& folder, const Context& context);

@@ -81,6 +81,10 @@ struct MergedSpread {
   bool is_raster = false;  ///< a raster seen along z: one height a cell, so there is no fold to look for
 };
 using MergedSpreads = std::array<MergedSpread, 2>;
+/// Whether a raster that is posed is still one height a cell, seen in this frame.
+[[nodiscard]] bool keeps_raster(const Frame& frame, const Pose& pose);
+/// Whether spreads are asked for.
+[[nodiscard]] bool asks_spreads(const CompareOptions& options);
 [[nodiscard]] MergedSpreads merged_spreads(const CloudView& cloud_a, const CloudView& cloud_b, const Pair& pair,
                                            const CompareOptions& options);
 

@@ -94,9 +94,14 @@ struct ScanExtent {
 [[nodiscard]] Array<Point3> points_in_frame(const CloudView& cloud, const Pose& pose, const Frame& frame,
                                             const ProjectOptions& options);
 
+/// By node, the largest difference of height of the points that it was merged from; empty if none was. The heights are
+/// asked for again: a field keeps one for each node. Cost O(points).
+[[nodiscard]] Array<double> merged_spread(const CloudView& cloud, const Pose& pose, const Frame& frame,
+                                          const HeightField& field);
+
 /// As project() of all that these points are the part of that lies in one square of the curve, which they keep the
 /// order of. `duplicates`: the policy; error merges as first, and it is for the caller to look at what was merged.
-/// `spread`, if given: by node, the largest difference of height of its points; empty where none were merged.
+/// `spread`, if given: merged_spread.
 [[nodiscard]] HeightField project_part(std::span<const Point3> in_frame, const Frame& frame, DuplicatePolicy duplicates,
                                        Array<double>* spread, const Context& context);
 

@@ -183,28 +183,30 @@ HeightField project(const CloudView& cloud, const Pose& pose, const Frame& frame
   return field;
 }
 
+Array<double> merged_spread(const CloudView& cloud, const Pose& pose, const Frame& frame, const HeightField& field) {
+  if (field.cleaning.duplicates == 0) return {};
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  Array<double> least(field.xy.size(), infinity), most(field.xy.size(), -infinity);
+  for (std::size_t i = 0; i < cloud.points.size(); ++i) {
+    const Index node = field.node_of_point[i];
+    if (node == no_index) continue;
+    const double z = frame.to_field(pose.apply(cloud.points[i])).z;
+    least[node] = std::min(least[node], z), most[node] = std::max(most[node], z);
+  }
+  for_each_index(most.size(), [&](std::size_t k) { most[k] -= least[k]; });
+  return most;
+}
+
 HeightField project_part(std::span<const Point3> in_frame, const Frame& frame, DuplicatePolicy duplicates,
                          Array<double>* spread, const Context& context) {
+  if (in_frame.empty()) return {};
   Frame same;  // of points that are in it already
   same.curve = frame.curve;
   ProjectOptions options;
   options.duplicates = duplicates == DuplicatePolicy::error ? DuplicatePolicy::first : duplicates;
-  CloudView cloud;
-  cloud.points = in_frame;
-  if (in_frame.empty()) return {};
+  const CloudView cloud{PointsView(in_frame)};
   HeightField field = project(cloud, Pose{}, same, options, context);
-  if (spread == nullptr) return field;
-  spread->clear();
-  if (field.cleaning.duplicates == 0) return field;
-  constexpr double infinity = std::numeric_limits<double>::infinity();
-  Array<double> least(field.xy.size(), infinity);
-  spread->assign(field.xy.size(), -infinity);
-  for (std::size_t i = 0; i < in_frame.size(); ++i) {
-    const Index node = field.node_of_point[i];
-    const double z = in_frame[i].z;
-    least[node] = std::min(least[node], z), (*spread)[node] = std::max((*spread)[node], z);
-  }
-  for_each_index(spread->size(), [&](std::size_t k) { (*spread)[k] -= least[k]; });
+  if (spread != nullptr) *spread = merged_spread(cloud, Pose{}, same, field);
   return field;
 }
 

@@ -29,7 +29,8 @@ struct CurveBox {
 /// The square of the quadtree, `level` levels down, that p lies in: every double is in one of them, since cells are a
 /// monotone function of each coordinate. A point with another square lies outside of the open box, whose low sides are
 /// the least coordinates of the square and whose high sides the least of the next ones; at the ends of an axis it is
-/// open to infinity. 0 <= level <= 32. Cost: 64 steps of bisection a side. Oracle: tests/geom/curve_test.cpp.
+/// open to infinity. 0 <= level <= 32. Cost: 64 steps of bisection a side. Oracle: CurveSquare.*,
+/// tests/geom/disc_test.cpp.
 [[nodiscard]] OpenBox curve_square(const CurveBox& box, const Point2& p, int level);
 
 /// Ids of the points in curve order: by key, equal keys lexicographically, equal points by id. A function of the point

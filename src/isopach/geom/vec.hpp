@@ -17,6 +17,11 @@ struct Point2 {
   return a.x < b.x || (a.x == b.x && a.y < b.y);
 }
 
+/// Signed: positive where a, b, c turn left. Rounded, and by which corner comes first (delaunay/first_corner.hpp).
+[[nodiscard]] inline double triangle_area(const Point2& a, const Point2& b, const Point2& c) {
+  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+}
+
 struct Point3 {
   double x, y, z;
   friend bool operator==(const Point3&, const Point3&) = default;

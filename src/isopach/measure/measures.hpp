@@ -103,9 +103,6 @@ struct Cell {
   double area;
   std::array<double, 3> d;
 };
-[[nodiscard]] inline double triangle_area(const Point2& a, const Point2& b, const Point2& c) {
-  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-}
 [[nodiscard]] inline Cell cell_at(const CellView& cells, std::size_t i) {
   const std::array<Index, 3> v = cells.corners(i);
   return {triangle_area(cells.xy[v[0]], cells.xy[v[1]], cells.xy[v[2]]), {cells.d(v[0]), cells.d(v[1]), cells.d(v[2])}};

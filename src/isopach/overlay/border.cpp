@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <optional>
 
 #include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
@@ -137,21 +138,23 @@ double circumradius(const Triangle& t, std::span<const Point2> xy) {
 
 enum Mark : unsigned char { kept = 0, taken = 1, stretched = 2 };
 
-/// Square of the spacing that a triangle is measured by, where it is stretched more than rim_stretch, else 0.
+/// Which triangles are stretched more than rim_stretch.
 class Stretches {
  public:
   Stretches(const Triangulation& t, std::span<const Point2> xy, const Array<double>& third2)
       : t_(t), xy_(xy), third2_(third2), spacings_(t, third2) {}
 
-  [[nodiscard]] double spacing2_if_stretched(std::size_t i) {
+  /// Of those the square of the spacing that they are measured by.
+  [[nodiscard]] std::optional<double> spacing2_if_stretched(std::size_t i) {
     const Triangle& triangle = t_.triangles[i];
     const double length2 = longest_edge2(triangle, xy_);
     // Each corner has the other two as neighbours, so no spacing is less than the least of the three.
     const double least = std::min({third2_[triangle.v[0]], third2_[triangle.v[1]], third2_[triangle.v[2]]});
-    if (length2 <= rim_stretch * rim_stretch * least) return 0;
+    if (length2 <= rim_stretch * rim_stretch * least) return std::nullopt;
     double s2 = 0;
     for (Index k = 0; k < 3; ++k) s2 = std::max(s2, spacings_.at(half_edge(static_cast<Index>(i), k)));
-    return length2 <= rim_stretch * rim_stretch * s2 ? 0 : s2;
+    if (length2 <= rim_stretch * rim_stretch * s2) return std::nullopt;
+    return s2;
   }
 
  private:
@@ -176,12 +179,12 @@ void trim(const Triangulation& t, std::span<const Point2> xy, const Array<double
           const Triangle& triangle = t.triangles[i];
           mark[i] = kept;
           if (!asked.holds(i)) continue;
-          const double s2 = stretches.spacing2_if_stretched(i), length2 = s2 > 0 ? longest_edge2(triangle, xy) : 0;
-          if (!(s2 > 0)) continue;
+          const std::optional<double> s2 = stretches.spacing2_if_stretched(i);
+          if (!s2) continue;
           mark[i] = stretched;
           const bool at_hull =
               std::any_of(triangle.n.begin(), triangle.n.end(), [&](HalfEdge h) { return t.is_ghost(triangle_of(h)); });
-          if (!at_hull && length2 <= gap_stretch * gap_stretch * s2) continue;
+          if (!at_hull && longest_edge2(triangle, xy) <= gap_stretch * gap_stretch * *s2) continue;
           mark[i] = taken;
           seeds.push_back(static_cast<Index>(i));
         }
@@ -206,8 +209,7 @@ struct Totals {
 
 double area_of(const Triangle& t, std::span<const Point2> xy) {
   const std::array<Index, 3> v = from_first_corner(t.v);
-  const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
-  return 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+  return triangle_area(xy[v[0]], xy[v[1]], xy[v[2]]);
 }
 
 }  // namespace
@@ -220,7 +222,7 @@ Array<unsigned char> plainly_kept(const Triangulation& t, std::span<const Point2
   for_blocks(t.real, default_block, [&](std::size_t begin, std::size_t end) {
     Stretches stretches(t, xy, third2);
     for (std::size_t i = begin; i < end; ++i) {
-      const bool is_stretched = trim_rim && stretches.spacing2_if_stretched(i) > 0;
+      const bool is_stretched = trim_rim && stretches.spacing2_if_stretched(i).has_value();
       plain[i] = is_stretched || is_beyond(limits, t.triangles[i], xy) ? 0 : 1;
     }
   });

@@ -286,8 +286,7 @@ Folds find_folds(const Triangulation& t, std::span<const Point2> xy, std::span<c
           const bool is =
               footprint.keeps(static_cast<Index>(i)) && (node[v[0]] != 0 || node[v[1]] != 0 || node[v[2]] != 0);
           folds.folded[i] = is ? 1 : 0;
-          const Point2 &a = xy[v[0]], &b = xy[v[1]], &c = xy[v[2]];
-          if (is) area.add(0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x)));
+          if (is) area.add(triangle_area(xy[v[0]], xy[v[1]], xy[v[2]]));
         }
         return area;
       },

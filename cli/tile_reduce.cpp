@@ -1,0 +1,173 @@
+// The parts of a job as one comparison.
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/mman.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <utility>
+
+#include "cli/compare_request.hpp"
+#include "cli/tile_job.hpp"
+#include "isopach/base/error.hpp"
+#include "isopach/base/parallel.hpp"
+#include "isopach/compare/stages.hpp"
+#include "isopach/tiles/join.hpp"
+#include "isopach/tiles/part_bytes.hpp"
+
+namespace isopach::cli {
+namespace fs = std::filesystem;
+namespace {
+
+/// The bytes of a file, mapped: what has been looked at can go.
+class MappedFile {
+ public:
+  explicit MappedFile(const fs::path& path) {
+    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
+    struct stat about {};
+    if (descriptor < 0 || ::fstat(descriptor, &about) != 0) {
+      const int error = errno;
+      if (descriptor >= 0) ::close(descriptor);
+      throw InputError(fmt::format("{}: cannot be read ({})", path.string(), std::strerror(error)));
+    }
+    size_ = static_cast<std::size_t>(about.st_size);
+    if (size_ > 0) data_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
+    const int error = errno;
+    ::close(descriptor);
+    if (data_ == MAP_FAILED)
+      throw Error(ExitCode::internal, fmt::format("{}: cannot be mapped ({})", path.string(), std::strerror(error)));
+  }
+  ~MappedFile() {
+    if (data_ != nullptr) ::munmap(data_, size_);
+  }
+  MappedFile(const MappedFile&) = delete;
+  MappedFile& operator=(const MappedFile&) = delete;
+  [[nodiscard]] std::span<const char> bytes() const { return {static_cast<const char*>(data_), size_}; }
+
+ private:
+  void* data_ = nullptr;
+  std::size_t size_ = 0;
+};
+
+/// Cells of a file, which is mapped as long as they are looked at.
+std::shared_ptr<const CellPart> cells_in(const fs::path& path, const std::string& job, std::size_t first_node) {
+  struct Held {
+    MappedFile file;
+    CellPart cells;
+    Held(const fs::path& of, const std::string& id, std::size_t node)
+        : file(of), cells(cells_of(file.bytes(), id, of.string(), node)) {}
+  };
+  const auto held = std::make_shared<const Held>(path, job, first_node);
+  return {held, &held->cells};
+}
+
+InputSummary summary_of(const JobScan& scan, const char* role, const Cleaning& of_nodes, std::size_t nodes) {
+  InputSummary s = stages::summarise_file(scan.header(), role);
+  s.points = scan.extent.cleaning.points, s.nodes = nodes;
+  s.cleaning = scan.extent.cleaning;
+  s.cleaning.duplicates = of_nodes.duplicates, s.cleaning.duplicate_max_spread = of_nodes.duplicate_max_spread;
+  s.bounds = scan.extent.finite, s.nodata = scan.nodata;
+  return s;
+}
+
+class Reducer {
+ public:
+  Reducer(const Job& job, const CompareOptions& options, const Context& context)
+      : job_(job), options_(options), context_(context) {}
+
+  Comparison run(bool allow_missing, const LookAtCells& look) {
+    const std::vector<std::size_t> done = tiles_done(allow_missing);
+    Comparison c;
+    c.options = options_;
+    c.frame = job_.frame;
+    stages::check_units(job_.scan[0].header(), job_.scan[1].header(), options_, c);
+    TilesToJoin tiles;
+    tiles.is_raster = {job_.is_raster(0, options_), job_.is_raster(1, options_)};
+    std::size_t first_node = 0;
+    for (const std::size_t k : done) {
+      const fs::path part = job_.tile_file(k, "part"), of_cells = job_.tile_file(k, "cells");
+      tiles.parts.push_back(part_of(MappedFile(part).bytes(), job_.id, part.string()));
+      const auto open = [of_cells, id = job_.id, first_node] { return cells_in(of_cells, id, first_node); };
+      const std::shared_ptr<const CellPart> first = open();
+      if (first->xy.size() != tiles.parts.back().nodes)
+        throw InputError(of_cells.string() + ": it does not fit its part: remove both, and run the tile again");
+      tiles.cells.push_back({first->triangles.size(), open});
+      first_node += tiles.parts.back().nodes;
+      context_.step("reading parts", static_cast<double>(tiles.parts.size()) / static_cast<double>(done.size()));
+    }
+    describe(tiles.parts, done, c);
+    if (look) tiles.look = [&](const PartedCells& all) { look(all, c); };
+    hint_at_matching(join_tiles(std::move(tiles), c, context_), c);
+    if (done.size() < job_.tiles.size())
+      c.warnings.push_back(fmt::format("{} of {} tiles are missing: their points are no part of this comparison",
+                                       job_.tiles.size() - done.size(), job_.tiles.size()));
+    return c;
+  }
+
+ private:
+  [[nodiscard]] std::vector<std::size_t> tiles_done(bool allow_missing) const {
+    std::vector<std::size_t> done;
+    std::size_t missing = 0, first = 0;
+    for (std::size_t k = 0; k < job_.tiles.size(); ++k) {
+      if (job_.is_done(k))
+        done.push_back(k);
+      else if (missing++ == 0)
+        first = k;
+    }
+    if (missing > 0 && !allow_missing)
+      throw InputError(
+          fmt::format("{}: {} of {} tiles are not done, the first is {}: run them (isopach tile run {} --missing), or "
+                      "compare the points of the others alone (--allow-missing)",
+                      job_.folder.string(), missing, job_.tiles.size(), first, job_.folder.string()));
+    return done;
+  }
+
+  void describe(const std::vector<Part>& parts, const std::vector<std::size_t>& done, Comparison& c) {
+    for (std::size_t k = 0; k < 2; ++k) {
+      Cleaning of_nodes;
+      std::size_t nodes = 0;
+      LayerCheck layers;
+      for (const Part& part : parts) {
+        const ScanPart& s = part.scan[k];
+        nodes += s.nodes;
+        of_nodes.duplicates += s.cleaning.duplicates;
+        of_nodes.duplicate_max_spread = std::max(of_nodes.duplicate_max_spread, s.cleaning.duplicate_max_spread);
+        layers.add(s.layers);
+      }
+      InputSummary& s = k == 0 ? c.a : c.b;
+      s = summary_of(job_.scan[k], k == 0 ? "A" : "B", of_nodes, nodes);
+      if (options_.check_layers && nodes > 0) s.layered_share = layered_share(k, std::move(layers), done, s);
+    }
+    stages::warn_of_layers(c);
+  }
+
+  /// One more look at all points.
+  double layered_share(std::size_t k, LayerCheck layers, const std::vector<std::size_t>& done, const InputSummary& s) {
+    const PlacedFile file(job_.folder / "points");
+    double share = 0;
+    run_with_threads(context_, [&] {
+      layers.begin(s.nodes + s.cleaning.duplicates, job_.frame.curve);
+      for (const std::size_t tile : done)
+        for (const PointRun& run : job_.tiles[tile].runs[k]) layers.add_points(read_runs(file, {run}));
+      share = layers.share(context_);
+    });
+    return share;
+  }
+
+  const Job& job_;
+  const CompareOptions& options_;
+  const Context& context_;
+};
+
+}  // namespace
+
+Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing, const LookAtCells& look,
+                      const Context& context) {
+  return Reducer(job, options, context).run(allow_missing, look);
+}
+
+}  // namespace isopach::cli
