@@ -15,6 +15,7 @@
 #include "cli/output.hpp"
 #include "cli/session.hpp"
 #include "cli/tile_job.hpp"
+#include "cli/tile_record.hpp"
 #include "cli/tile_steps.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/error.hpp"
@@ -49,6 +50,7 @@ constexpr const char* overview =
     "  --index K[-L][,...]   run: these tiles alone\n"
     "  --missing             run: all that are not done\n"
     "  --json FILE           status, reduce: as JSON; - prints it\n"
+    "  --tiles FILE          status: the tiles as polygons for maps\n"
     "  --allow-missing       reduce: compare the points of the tiles that are done\n"
     "  --raster STEP         reduce: also difference.tif\n"
     "  --engine NAME         script: slurm, parallel or snakemake\n"
@@ -107,6 +109,17 @@ Arguments words_of_comparison(const Arguments& all, const std::string& a, const 
   return words;
 }
 
+void warn_of_broken_files(const Job& job, Run& run) {
+  for (const JobScan& scan : job.scan) {
+    constexpr std::size_t most = 5;
+    for (std::size_t i = 0; i < std::min(most, scan.broken.size()); ++i) run.warn("left out: " + scan.broken[i].why);
+    if (!scan.broken.empty())
+      run.warn(
+          fmt::format("{}: {} of {} files cannot be read and are left out of the job: repair them and plan it again",
+                      scan.name, scan.broken.size(), scan.broken.size() + scan.files.size()));
+  }
+}
+
 int plan(const Arguments& arguments) {
   CompareRequest request;
   std::string folder;
@@ -140,11 +153,14 @@ int plan(const Arguments& arguments) {
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
   Run run(request.run);
-  const Job job =
-      plan_job(request.path_a, request.path_b, request.options,
-               words_of_comparison(arguments, request.path_a, request.path_b), limits, folder, run.context());
+  const Job job = plan_job(request.path_a, request.path_b, request.options,
+                           words_of_comparison(arguments, request.path_a, request.path_b), limits,
+                           BrokenFiles::left_out, folder, run.context());
+  warn_of_broken_files(job, run);
   std::uint64_t largest = 0, all = 0;
   for (const JobTile& tile : job.tiles) largest = std::max(largest, tile.square.all()), all += tile.square.all();
+  if (largest > most_points(limits))
+    run.warn(fmt::format("{} points lie on one spot that no tile can part: they are one tile", largest));
   run.show(fmt::format("{} tiles of {} points, at most {} each, in {}\nnow: isopach tile run {}\n", job.tiles.size(),
                        all, largest, folder, folder));
   return 0;
@@ -173,15 +189,26 @@ std::vector<std::size_t> tiles_of(const std::string& text, std::size_t tiles) {
   return all;
 }
 
+void warn_of_memory(const Job& job, std::size_t k, Run& run) {
+  const std::optional<TileRecord> took = read_record(job, k);
+  if (job.memory == 0 || !took || took->peak_bytes.value_or(0) <= job.memory) return;
+  run.warn(
+      fmt::format("tile {} took {} of memory, more than the {} of @max-memory: where there is no more, plan the job "
+                  "with less",
+                  k, bytes_in_words(*took->peak_bytes), bytes_in_words(job.memory)));
+}
+
 /// Does the tiles that are named and not done; gives how many failed.
 std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, const CompareOptions& options, Run& run) {
-  std::size_t failed = 0, done = 0;
+  std::size_t failed = 0;
+  TileProgress progress(job, tiles, run.context());
+  Context quiet = run.context();
+  quiet.progress = nullptr;
   for (const std::size_t k : tiles) {
-    run.context().step(fmt::format("tile {}", k), static_cast<double>(done++) / static_cast<double>(tiles.size()));
-    Context quiet = run.context();
-    quiet.progress = nullptr;
+    progress.begin(k);
     try {
       run_tile(job, k, options, quiet);
+      warn_of_memory(job, k, run);
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {
@@ -189,6 +216,7 @@ std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, cons
       ++failed;
       run.say(fmt::format("tile {}: {}", k, for_shell(e.what())));
     }
+    progress.end(k);
   }
   return failed;
 }
