@@ -57,7 +57,11 @@ class Planner {
         continue;
       }
       const Cloud& about = looked->about;
-      join_systems(system, {path, about.unit, about.vertical_unit, about.crs});
+      const ScanSystem own{path, about.unit, about.vertical_unit, about.crs};
+      if (scan.files.empty())
+        system = own;
+      else
+        join_systems(system, own);
       scan.files.push_back(looked->stamp);
       scan.extent.add(looked->extent);
       scan.format = files.size() > 1 ? "set" : about.format;

@@ -130,7 +130,7 @@ class Reducer {
     for (const JobScan& scan : job_.scan)
       if (!scan.broken.empty())
         throw InputError(fmt::format(
-            "{}: {} of {} files of {} could not be read when it was planned; the first: {}: repair them and "
+            "{}: {} of {} files of {} could not be read when it was planned (the first: {}): repair them and "
             "plan the job again, or compare the points of the others alone (--allow-missing)",
             job_.folder.string(), scan.broken.size(), scan.broken.size() + scan.files.size(), scan.name,
             scan.broken.front().why));
