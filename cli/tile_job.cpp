@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <memory>
@@ -16,6 +17,8 @@
 #include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/geom/convex_hull.hpp"
+#include "isopach/geom/curve.hpp"
 #include "isopach/io/file_set.hpp"
 #include "isopach/io/output_file.hpp"
 #include "isopach/io/point_blocks.hpp"
@@ -181,7 +184,35 @@ class Planner {
       context_.check();
     }
     spill.close();
+    for (std::size_t k = 0; k < 2; ++k) job_.scan[k].hull = hull_of(k, done);
     gather(std::move(done), most);
+  }
+
+  /// Of a point of each bucket, and then of all points of those that may reach beyond it.
+  [[nodiscard]] std::vector<Point2> hull_of(std::size_t k, const std::vector<Spill::Bucket>& buckets) const {
+    const PlacedFile file(job_.folder / "points");
+    ConvexHull hull;
+    const auto add = [&](const PointRun& run) {
+      Array<Point2> places;
+      for (const Point3& p : read_runs(file, {run})) places.push_back({p.x, p.y});
+      hull.add(places);
+      return places.front();
+    };
+    std::vector<OpenBox> squares(buckets.size());
+    for (std::size_t i = 0; i < buckets.size(); ++i)
+      if (!buckets[i].runs[k].empty())
+        squares[i] = curve_square(job_.frame.curve, add({buckets[i].runs[k][0].first, 1}), buckets[i].square.level);
+    for (std::size_t i = 0; i < buckets.size(); ++i) {
+      if (holds(hull, squares[i])) continue;
+      for (const PointRun& run : buckets[i].runs[k]) static_cast<void>(add(run));
+      context_.check();
+    }
+    return hull.corners();
+  }
+  static bool holds(const ConvexHull& hull, const OpenBox& box) {
+    const std::array<Point2, 4> corners{{box.low, {box.high.x, box.low.y}, box.high, {box.low.x, box.high.y}}};
+    return std::all_of(corners.begin(), corners.end(),
+                       [&](const Point2& p) { return std::isfinite(p.x) && std::isfinite(p.y) && hull.holds(p); });
   }
 
   void gather(std::vector<Spill::Bucket> buckets, std::uint64_t most) {
@@ -347,6 +378,7 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
       input.frame = job.frame;
       const PlacedFile file(job.folder / "points");
       for (std::size_t s = 0; s < 2; ++s) {
+        input.scan[s].hull = job.scan[s].hull;
         const Array<Point3> points = read_runs(file, tile.runs[s]);
         if (points.empty()) continue;
         const Point2 first{points[0].x, points[0].y};

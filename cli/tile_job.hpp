@@ -26,6 +26,7 @@
 #include "isopach/cloud/cloud_view.hpp"
 #include "isopach/compare/comparison.hpp"
 #include "isopach/field/height_field.hpp"
+#include "isopach/geom/vec.hpp"
 #include "isopach/measure/parted_cells.hpp"
 #include "isopach/tiles/squares.hpp"
 
@@ -55,6 +56,7 @@ struct JobScan {
   std::size_t nodata = 0;
   bool is_raster = false;  ///< its file; whether it is one height a cell goes by direction and pose
   ScanExtent extent;
+  std::vector<Point2> hull;  ///< of its points in the frame, as ConvexHull::corners
 
   /// What a comparison asks of a scan beside its points.
   [[nodiscard]] CloudView header() const;

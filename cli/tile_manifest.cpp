@@ -30,6 +30,12 @@ Box3 box_of(const Json& j) {
   return box;
 }
 
+Json of(const std::vector<Point2>& points) {
+  Json all = Json::array();
+  for (const Point2& p : points) all.push_back({p.x, p.y});
+  return all;
+}
+
 Json of(const JobScan& s) {
   const Cleaning& c = s.extent.cleaning;
   Json files = Json::array();
@@ -49,6 +55,7 @@ Json of(const JobScan& s) {
           {"dropped", {{"nonfinite", c.dropped_nonfinite}, {"class", c.dropped_class}, {"crop", c.dropped_crop}}},
           {"kept", of(s.extent.kept)},
           {"finite", of(s.extent.finite)},
+          {"hull", of(s.hull)},
           {"files", files},
           {"broken", broken}};
 }
@@ -64,6 +71,7 @@ JobScan scan_of(const Json& j) {
   dropped.at("nonfinite").get_to(c.dropped_nonfinite), dropped.at("class").get_to(c.dropped_class);
   dropped.at("crop").get_to(c.dropped_crop);
   s.extent.kept = box_of(j.at("kept")), s.extent.finite = box_of(j.at("finite"));
+  for (const Json& p : j.at("hull")) s.hull.push_back({p.at(0).get<double>(), p.at(1).get<double>()});
   for (const Json& f : j.at("files"))
     s.files.push_back(
         {f.at("path").get<std::string>(), f.at("bytes").get<std::uint64_t>(), f.at("modified_ns").get<std::int64_t>()});

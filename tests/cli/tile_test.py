@@ -1,6 +1,7 @@
 """Comparisons in tiles: the bytes of compare, whatever the tiles, whoever runs them, and however often they are killed."""
 
 import json
+import math
 import os
 import random
 import re
@@ -66,6 +67,48 @@ class Tiles(CliTest):
         done = self.run_cli("tile", "reduce", "job", "--json", "-", code=6)
         self.assertEqual(told(done.stdout), whole)
         self.assertIn("rms", done.stderr)
+
+    def test_a_raster_seen_from_the_side_is_no_raster(self):
+        """Along z a raster has one height a cell; from the side, or posed, its folds are looked for."""
+        rows = [" ".join(f"{80 + 20 * math.sin(x / 9) * math.cos(y / 7) + (5 if x > 40 else 0):.3f}" for x in range(60))
+                for y in range(60)]
+        for name, lift in (("a", 0), ("b", 1)):
+            rows[30 + lift] = " ".join(["70"] * 60)
+            self.path(f"{name}.asc").write_text("ncols 60\nnrows 60\nxllcorner 0\nyllcorner 0\ncellsize 1\n" + "\n".join(rows) + "\n")
+        self.path("pose.txt").write_text("1 0 0 0\n0 1 0 0\n0 0 1 0.25\n0 0 0 1\n")
+        self.a, self.b = "a.asc", "b.asc"
+        found = {}
+        for name, words in (("above", []), ("side", ["--direction=x"]), ("posed", ["--pose", "pose.txt"])):
+            with self.subTest(name):
+                whole = self.whole(*words)
+                self.plan("--tile-points", "900", *words, job=name)
+                self.run_cli("tile", "run", name)
+                self.assertEqual(self.reduced(job=name), whole)
+                found[name] = whole["folds"]["area"]
+        self.assertGreater(found["side"], 0)
+
+    def test_what_lies_beyond_the_other_scan_stays_in_its_tile(self):
+        """A scan that reaches far beyond the other one: the join holds little of it."""
+        self.run_cli("simulate", "terrain", "--points", "60000", "-o", "large")
+        self.run_cli("convert", "large/b.ply", "part.xyz")
+        rows = [row for row in self.path("part.xyz").read_text().splitlines(keepends=True) if row[0] in "-0123456789"]
+        low_x, low_y = (min(float(row.split()[k]) for row in rows) for k in (0, 1))
+        near = [row for row in rows if float(row.split()[0]) < low_x + 300 and float(row.split()[1]) < low_y + 300]
+        self.path("part.xyz").write_text("".join(near))
+        self.a, self.b = "large/a.ply", "part.xyz"
+        whole = self.whole("--unit", "m")
+        passed_up = {}
+        for name in ("knowing", "ignorant"):
+            self.plan("--tile-points", "8000", "--unit", "m", job=name)
+            if name == "ignorant":
+                manifest = json.loads(self.path("ignorant/manifest.json").read_text())
+                for scan in manifest["inputs"]:
+                    scan["hull"] = []
+                self.path("ignorant/manifest.json").write_text(json.dumps(manifest))
+            self.run_cli("tile", "run", name)
+            self.assertEqual(self.reduced(job=name), whole)
+            passed_up[name] = sum(file.stat().st_size for file in self.path(f"{name}/tiles").glob("*.part"))
+        self.assertLess(passed_up["knowing"], passed_up["ignorant"] / 2)
 
     def test_sets_of_files(self):
         """A scan in four files, in any order, is the scan."""

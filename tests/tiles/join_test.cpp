@@ -12,6 +12,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
+#include "isopach/geom/convex_hull.hpp"
 #include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/io/read.hpp"
 #include "isopach/report/report.hpp"
@@ -99,7 +100,8 @@ struct Joined {
   std::size_t tiles = 0, passed_up = 0, nodes = 0, final_cells = 0;
 };
 
-Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int level, std::size_t most) {
+Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int level, std::size_t most,
+            bool knows_hulls = true) {
   const Context context;
   Pair pair = project_pair(a, b, options.pose, options.project, context);
   Comparison c;
@@ -110,6 +112,8 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
   const stages::MergedSpreads spreads = stages::merged_spreads(a, b, pair, options);
   TilesToJoin tiles;
   tiles.is_raster = {spreads[0].is_raster, spreads[1].is_raster};
+  std::array<ConvexHull, 2> hulls;
+  for (std::size_t k = 0; k < 2 && knows_hulls; ++k) hulls[k].add(pair.scan[k].field.xy);
   std::vector<FinalCells> cells;
   Joined joined;
   for (const Square& s : squares_of(pair, level, most)) {
@@ -121,6 +125,7 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
       input.scan[k].field.keys = slice(field.keys, s.run[k]);
       input.scan[k].spread = slice(spreads[k].of_node, s.run[k]);
       input.scan[k].is_raster = spreads[k].is_raster;
+      input.scan[k].hull = hulls[k].corners();
     }
     const auto& first = input.scan[0].field.xy.empty() ? input.scan[1].field.xy : input.scan[0].field.xy;
     input.square = curve_square(pair.frame.curve, first[0], s.level);
@@ -175,10 +180,12 @@ Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& option
     refusal = e.what();
   }
   Joined joined;
+  bool knows_hulls = false;
   for (const auto& [level, most] : tilings) {
+    knows_hulls = !knows_hulls;
     SCOPED_TRACE("level " + std::to_string(level) + ", at most " + std::to_string(most) + " nodes");
     try {
-      joined = join(a, b, options, level, static_cast<std::size_t>(most));
+      joined = join(a, b, options, level, static_cast<std::size_t>(most), knows_hulls);
     } catch (const Error& e) {
       EXPECT_EQ(std::string(e.what()), refusal);
       continue;
@@ -344,6 +351,25 @@ TEST(Tiles, OfScansThatHardlyOverlap) {
   const Cloud inside = shifted(rough_cloud(tiny(1500, 3), 3), {0.5, 0.5, 0});
   expect_whole(a, inside, of_numbers(), {{1, any}, {3, any}, {0, 50}});
   expect_whole(inside, a, of_numbers(), {{1, any}, {3, any}, {0, 50}});
+}
+
+// What lies beyond the hull of the other scan stays in its tile.
+TEST(Tiles, KeepWhatLiesBeyondTheOtherScan) {
+  Cloud a = rough_cloud(uniform(40000, 1), 1), b = rough_cloud(uniform(9000, 2), 2);
+  for (Point3& p : b.points) {  // a disc in a corner
+    const double r = std::sqrt(p.x) * 0.25, t = 6.283185307179586 * p.y;
+    p.x = 0.3 + r * std::cos(t), p.y = 0.3 + r * std::sin(t);
+  }
+  for (const BorderRule border : {BorderRule::trim, BorderRule::hull}) {
+    CompareOptions options = of_numbers();
+    options.border = border;
+    expect_whole(a, b, options, {{1, any}, {2, any}, {2, any}});
+    expect_whole(b, a, options, {{3, any}, {0, 50}, {0, 2000}});
+  }
+  for (Cloud* scan : {&a, &b})  // without folds, which go up wherever they lie
+    for (Point3& p : scan->points) p.z = 0.1 * p.x;
+  const Joined kept = join(a, b, of_numbers(), 1, any), all = join(a, b, of_numbers(), 1, any, false);
+  EXPECT_LT(kept.passed_up, all.passed_up * 6 / 10);
 }
 
 class TiledFamilies : public testing::TestWithParam<Family> {};

@@ -16,6 +16,7 @@
 #include "isopach/overlay/localise.hpp"
 #include "isopach/overlay/pair.hpp"
 #include "isopach/overlay/rim.hpp"
+#include "isopach/tiles/beyond.hpp"
 #include "isopach/tiles/flags.hpp"
 
 namespace isopach {
@@ -137,6 +138,7 @@ class TileSolver {
                    [&](Index t) { is_known = is_known && !other.is_ghost(t) && own_[1 - k].settled[t] != 0; });
       known_[k][i] = is_known ? 1 : 0;
     });
+    beyond_[k] = sides_beyond(input_.scan[1 - k].hull, places(k));
     wanted_[k] = own_[k].frontier;
   }
   static bool touches_real(const Location& at, const Triangulation& t) {
@@ -169,11 +171,31 @@ class TileSolver {
       for (const HalfEdge h : t_.triangles[i].n)
         if (t_.is_ghost(triangle_of(h)) || known[triangle_of(h)] == 0) final_[i] = 0;
     });
+    dropped_ = cells_to_drop();
     for (std::size_t i = 0; i < t_.triangles.size(); ++i) {
-      if (i < t_.real && final_[i] != 0) continue;
+      if (i < t_.real && (final_[i] != 0 || dropped_[i] != 0)) continue;
       for (const Index v : t_.triangles[i].v)
         if (v != no_index) want(v);
     }
+  }
+  /// Cells beyond the hull of a scan, as their neighbours are: no sum knows of them, and no border is beside them.
+  [[nodiscard]] Flags cells_to_drop() const {
+    const Flags beyond = kept_where(
+        t_, certified_, [&](std::size_t, const Corners& v) { return beyond_one_side(0, v) || beyond_one_side(1, v); });
+    return kept_where(t_, beyond, [&](std::size_t i, const Corners&) {
+      const auto& sides = t_.triangles[i].n;
+      return std::all_of(sides.begin(), sides.end(),
+                         [&](HalfEdge h) { return !t_.is_ghost(triangle_of(h)) && beyond[triangle_of(h)] != 0; });
+    });
+  }
+  /// Whether three nodes of scan k lie beyond one side of the hull of the other.
+  [[nodiscard]] bool beyond_one_side(std::size_t k, const Corners& v) const {
+    std::uint64_t shared = ~std::uint64_t{0};
+    for (const Index node : v) {
+      const Index i = of(k)[node];
+      shared &= i != no_index ? beyond_[k][i] : 0;
+    }
+    return shared != 0;
   }
   void want(Index node) {
     for (std::size_t k = 0; k < 2; ++k)
@@ -205,9 +227,12 @@ class TileSolver {
   void judge_detail(std::size_t k) {
     const Triangulation& t = mesh(k);
     const Locations& fine = pair_.seen[1 - k].at;
-    const auto is_final = [&](Index i) { return !t.is_ghost(i) && counts_[k][i] != 0; };
     counts_[k] = kept_where(t, own_[k].settled, [&](std::size_t, const Corners& v) {
       return known_[k][v[0]] != 0 && known_[k][v[1]] != 0 && known_[k][v[2]] != 0;
+    });
+    // Those with a corner beyond the other scan count nowhere.
+    const Flags nowhere = kept_where(t, own_[k].certified, [&](std::size_t, const Corners& v) {
+      return (beyond_[k][v[0]] | beyond_[k][v[1]] | beyond_[k][v[2]]) != 0;
     });
     for (std::size_t q = 0; q < fine.size(); ++q) {  // a node without its area, or whose shares are not known
       bool is_clear = own_[1 - k].unsettled[q] == 0;
@@ -215,16 +240,19 @@ class TileSolver {
                    [&](Index i) { is_clear = is_clear && !t.is_ghost(i) && own_[k].settled[i] != 0; });
       if (is_clear) continue;
       for_touching(t, leaving_[k], fine[q], [&](Index i) {
-        if (is_final(i)) counts_[k][i] = 0;
+        if (!t.is_ghost(i)) counts_[k][i] = 0;
       });
     }
+    const Flags settled = kept_where(
+        t, own_[k].certified, [&](std::size_t i, const Corners&) { return counts_[k][i] != 0 || nowhere[i] != 0; });
     open_fine_[1 - k] = Flags(fine.size(), 0);
     for (std::size_t q = 0; q < fine.size(); ++q) {
+      if (beyond_[1 - k][q] != 0) continue;
       bool all = touches_real(fine[q], t);
-      for_touching(t, leaving_[k], fine[q], [&](Index i) { all = all && is_final(i); });
+      for_touching(t, leaving_[k], fine[q], [&](Index i) { all = all && !t.is_ghost(i) && settled[i] != 0; });
       if (!all) open_fine_[1 - k][q] = 1;
     }
-    open_coarse_[k] = nodes_beside(t, counts_[k]);
+    open_coarse_[k] = nodes_beside(t, settled);
   }
 
   /// Nodes of scan k to pass up.
@@ -263,7 +291,7 @@ class TileSolver {
       ++part.cells;
       const Corners v = from_first_corner(t_.triangles[i].v);
       part.joining += nodes_.joins(v) ? 1 : 0;
-      if (final_[i] != 0) continue;
+      if (final_[i] != 0 || dropped_[i] != 0) continue;
       Corners open{};
       for (std::size_t c = 0; c < 3; ++c) {
         const Index a = nodes_.of_1[v[c]], b = nodes_.of_2[v[c]];
@@ -328,14 +356,15 @@ class TileSolver {
   Pair pair_;
   std::array<OwnKnowledge, 2> own_;
   std::array<Array<HalfEdge>, 2> leaving_;
-  std::array<Flags, 2> known_;        // by node: its height in the other scan, and that it lies inside both
-  std::array<Flags, 2> wanted_;       // by node: corners of cells that are not final
-  std::array<Flags, 2> counts_;       // by real triangle: its part in ρ_dV is final
-  std::array<Flags, 2> open_fine_;    // by node: in a triangle of the other scan whose part is not
-  std::array<Flags, 2> open_coarse_;  // by node: on such a triangle of its own scan
+  std::array<Flags, 2> known_;                  // by node: its height in the other scan, and that it lies inside both
+  std::array<Flags, 2> wanted_;                 // by node: corners of cells that are not final
+  std::array<Flags, 2> counts_;                 // by real triangle: its part in ρ_dV is final
+  std::array<Flags, 2> open_fine_;              // by node: in a triangle of the other scan whose part is not
+  std::array<Flags, 2> open_coarse_;            // by node: on such a triangle of its own scan
+  std::array<Array<std::uint64_t>, 2> beyond_;  // by node: as sides_beyond of the other scan's hull
   UnitedNodes nodes_;
   Triangulation t_;
-  Flags certified_, final_;  // by real triangle of T
+  Flags certified_, final_, dropped_;  // by real triangle of T
 };
 
 }  // namespace

@@ -1,5 +1,7 @@
 // solve_tile: what of a comparison the points of one tile decide (part.hpp).
 #pragma once
+#include <vector>
+
 #include "isopach/base/context.hpp"
 #include "isopach/compare/options.hpp"
 #include "isopach/field/height_field.hpp"
@@ -12,6 +14,9 @@ struct TileScan {
   HeightField field;     ///< of the points in the square, in the frame of the pair
   Array<double> spread;  ///< by node, as stages::MergedSpread; empty: none
   bool is_raster = false;
+  /// Hull of all nodes of the scan, in whatever tile, counter-clockwise and without three corners on a line: what lies
+  /// beyond it of the other scan need not go up. Empty: not known.
+  std::vector<Point2> hull;
 };
 
 struct TileInput {
