@@ -14,6 +14,7 @@
 #include "cli/compare_request.hpp"
 #include "cli/output.hpp"
 #include "cli/session.hpp"
+#include "cli/tile_fields.hpp"
 #include "cli/tile_job.hpp"
 #include "cli/tile_record.hpp"
 #include "cli/tile_steps.hpp"
@@ -53,6 +54,7 @@ constexpr const char* overview =
     "  --tiles FILE          status: the tiles as polygons for maps\n"
     "  --allow-missing       reduce: compare the points of the tiles that are done\n"
     "  --raster STEP         reduce: also difference.tif\n"
+    "  --points              reduce: also the differences at the points, as LAZ\n"
     "  --engine NAME         script: slurm, parallel or snakemake\n"
     "  --tiles-each N        script: tiles of one job of the engine\n"
     "  --program PATH        script: the isopach program on the machines that run it\n"
@@ -260,7 +262,7 @@ int run_tiles(const Arguments& arguments) {
 
 int reduce(const Arguments& arguments) {
   std::string folder;
-  bool allow_missing = false;
+  bool allow_missing = false, points = false;
   Delivery delivery;
   RunOptions options;
   Command command("tile reduce", "Joins the tiles of a job to the result of the whole.\n", step_codes);
@@ -273,10 +275,16 @@ int reduce(const Arguments& arguments) {
           "Also difference.tif: a GeoTIFF of d, coverage and both heights; each pixel is the exact mean over what was "
           "measured of it. Side of the pixels, in the unit of x and y")
       .check(positive());
+  command.flag(
+      "--points", points,
+      "Also points_a_K.laz and points_b_K.laz of every tile K: the points that were compared, with dz_signed as "
+      "extra bytes");
   command.flag("--allow-missing", allow_missing,
                "Compare the points of the tiles that are done, although others are missing; the result says so");
   add_run_options(command, options);
   if (!command.parse(arguments)) return 0;
+  if (points && delivery.output.empty())
+    throw UsageError("--points: acts with --output alone, which names the folder to write into");
   Run run(options);
   const Job job = read_job(folder, run.context());
   check_inputs(job);
@@ -286,8 +294,10 @@ int reduce(const Arguments& arguments) {
   if (!delivery.output.empty()) output = std::make_unique<OutputFolder>(delivery.output);
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(asked.tolerances);
-  answer->comparison =
-      reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()), run.context());
+  JoinedNodes nodes;
+  answer->comparison = reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()),
+                                  run.context(), points ? &nodes : nullptr);
+  if (points) write_point_fields(job, asked.request.options, nodes, *output, run.context());
   return finish(std::move(answer), delivery, output.get(), run);
 }
 

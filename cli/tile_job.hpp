@@ -28,6 +28,7 @@
 #include "isopach/field/height_field.hpp"
 #include "isopach/geom/vec.hpp"
 #include "isopach/measure/parted_cells.hpp"
+#include "isopach/tiles/join.hpp"
 #include "isopach/tiles/squares.hpp"
 
 namespace isopach::cli {
@@ -115,10 +116,16 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
 /// What becomes of the cells of all tiles, with the comparison that they are of.
 using LookAtCells = std::function<void(const PartedCells& cells, const Comparison& c)>;
 
+/// What the join tells of the points, for those who write them.
+struct JoinedNodes {
+  std::vector<std::size_t> tiles;  ///< those that were joined
+  HeightsOfOther heights;          ///< of the nodes that they passed up
+};
+
 /// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are
 /// missing or files were left out, unless `allow_missing`: then all other points are compared, and warnings say so.
 [[nodiscard]] Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing,
-                                    const LookAtCells& look, const Context& context);
+                                    const LookAtCells& look, const Context& context, JoinedNodes* nodes = nullptr);
 
 /// What of the points of both scans is known without reading them; nothing where one of their files does not say.
 [[nodiscard]] std::optional<std::uint64_t> points_stated(const std::string& a, const std::string& b,

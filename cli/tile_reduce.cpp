@@ -1,18 +1,13 @@
 // The parts of a job as one comparison.
-#include <fcntl.h>
 #include <fmt/format.h>
-#include <sys/mman.h>
-#include <sys/stat.h>
-#include <unistd.h>
 
 #include <algorithm>
-#include <cerrno>
-#include <cstring>
 #include <memory>
 #include <utility>
 
 #include "cli/compare_request.hpp"
 #include "cli/session.hpp"
+#include "cli/tile_files.hpp"
 #include "cli/tile_job.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
@@ -23,48 +18,6 @@
 namespace isopach::cli {
 namespace fs = std::filesystem;
 namespace {
-
-/// The bytes of a file, mapped: what has been looked at can go.
-class MappedFile {
- public:
-  explicit MappedFile(const fs::path& path) {
-    const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-    struct stat about {};
-    if (descriptor < 0 || ::fstat(descriptor, &about) != 0) {
-      const int error = errno;
-      if (descriptor >= 0) ::close(descriptor);
-      throw InputError(fmt::format("{}: cannot be read ({})", path.string(), std::strerror(error)));
-    }
-    size_ = static_cast<std::size_t>(about.st_size);
-    if (size_ > 0) data_ = ::mmap(nullptr, size_, PROT_READ, MAP_PRIVATE, descriptor, 0);
-    const int error = errno;
-    ::close(descriptor);
-    if (data_ == MAP_FAILED)
-      throw Error(ExitCode::internal, fmt::format("{}: cannot be mapped ({})", path.string(), std::strerror(error)));
-  }
-  ~MappedFile() {
-    if (data_ != nullptr) ::munmap(data_, size_);
-  }
-  MappedFile(const MappedFile&) = delete;
-  MappedFile& operator=(const MappedFile&) = delete;
-  [[nodiscard]] std::span<const char> bytes() const { return {static_cast<const char*>(data_), size_}; }
-
- private:
-  void* data_ = nullptr;
-  std::size_t size_ = 0;
-};
-
-/// Cells of a file, which is mapped as long as they are looked at.
-std::shared_ptr<const CellPart> cells_in(const fs::path& path, const std::string& job, std::size_t first_node) {
-  struct Held {
-    MappedFile file;
-    CellPart cells;
-    Held(const fs::path& of, const std::string& id, std::size_t node)
-        : file(of), cells(cells_of(file.bytes(), id, of.string(), node)) {}
-  };
-  const auto held = std::make_shared<const Held>(path, job, first_node);
-  return {held, &held->cells};
-}
 
 InputSummary summary_of(const JobScan& scan, const char* role, const Cleaning& of_nodes, std::size_t nodes) {
   InputSummary s = stages::summarise_file(scan.header(), role);
@@ -80,7 +33,7 @@ class Reducer {
   Reducer(const Job& job, const CompareOptions& options, const Context& context)
       : job_(job), options_(options), context_(context) {}
 
-  Comparison run(bool allow_missing, const LookAtCells& look) {
+  Comparison run(bool allow_missing, const LookAtCells& look, JoinedNodes* nodes) {
     if (!allow_missing) refuse_broken_files();
     const std::vector<std::size_t> done = tiles_done(allow_missing);
     Comparison c;
@@ -91,17 +44,17 @@ class Reducer {
     tiles.is_raster = {job_.is_raster(0, options_), job_.is_raster(1, options_)};
     std::size_t first_node = 0;
     for (const std::size_t k : done) {
-      const fs::path part = job_.tile_file(k, "part"), of_cells = job_.tile_file(k, "cells");
-      tiles.parts.push_back(part_of(MappedFile(part).bytes(), job_.id, part.string()));
+      const fs::path of_cells = job_.tile_file(k, "cells");
+      tiles.parts.push_back(read_part(job_, k));
       const auto open = [of_cells, id = job_.id, first_node] { return cells_in(of_cells, id, first_node); };
       const std::shared_ptr<const CellPart> first = open();
-      if (first->xy.size() != tiles.parts.back().nodes)
-        throw InputError(of_cells.string() + ": it does not fit its part: remove both, and run the tile again");
+      if (first->xy.size() != tiles.parts.back().nodes) fail_to_fit(of_cells);
       tiles.cells.push_back({first->triangles.size(), open});
       first_node += tiles.parts.back().nodes;
       context_.step("reading parts", static_cast<double>(tiles.parts.size()) / static_cast<double>(done.size()));
     }
     describe(tiles.parts, done, c);
+    if (nodes != nullptr) nodes->tiles = done, tiles.heights = &nodes->heights;
     if (look) tiles.look = [&](const PartedCells& all) { look(all, c); };
     hint_at_matching(join_tiles(std::move(tiles), c, context_), c);
     warn_of_what_is_missing(done, c);
@@ -194,9 +147,9 @@ class Reducer {
 }  // namespace
 
 Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing, const LookAtCells& look,
-                      const Context& context) {
+                      const Context& context, JoinedNodes* nodes) {
   try {
-    return Reducer(job, options, context).run(allow_missing, look);
+    return Reducer(job, options, context).run(allow_missing, look, nodes);
   } catch (const OverlapError&) {  // it speaks of the scans, which the words of this run may not name
     session().scan_words = {job.scan[0].name, job.scan[1].name};
     throw;

@@ -160,13 +160,20 @@ class Job:
     def _submit(self, executor: Any, index: int, threads: int) -> tuple[int, Any]:
         return index, executor.submit(_run_tile, _program(), self.folder, index, threads)
 
-    def reduce(self, output: str | os.PathLike[str] | None = None, *, allow_missing: bool = False) -> Record:
-        """Joins the tiles; returns the JSON of isopach.compare as a Record. `output`: a folder for result.json."""
+    def reduce(self, output: str | os.PathLike[str] | None = None, *, allow_missing: bool = False,
+               points: bool = False) -> Record:
+        """Joins the tiles; returns the JSON of isopach.compare as a Record. `output`: a folder for result.json.
+
+        `points`: also the differences at the points, two LAZ files a tile, in that folder. `allow_missing`: compares the
+        points of the tiles that are done and of the files that could be read; a warning of the result says so.
+        """
         words = ["tile", "reduce", self.folder, "--json", "-", "--quiet"]
         if output is not None:
             words += ["-o", os.fsdecode(path_of(output, "output"))]
         if allow_missing:
             words.append("--allow-missing")
+        if points:
+            words.append("--points")
         return Record(json.loads(_done(words, (0, 6))))
 
     def script(self, engine: str = "slurm", *, tiles_each: int = 1) -> str:

@@ -48,7 +48,8 @@ def test_tiles_are_the_whole(scans: tuple[pathlib.Path, pathlib.Path], tmp_path:
     assert heard[-1] == (status.tiles, status.tiles)
     assert (status.done, status.failed, status.missing, status.seconds_left) == (status.tiles, 0, 0, 0)
     assert all(tile.seconds > 0 and tile.host and tile.state == "done" for tile in status.each)
-    assert numbers(job.reduce(tmp_path / "out")) == numbers(whole)
+    assert numbers(job.reduce(tmp_path / "out", points=True)) == numbers(whole)
+    assert len(list((tmp_path / "out").glob("points_a_*.laz"))) == job.status.tiles
     assert (tmp_path / "out/result.json").exists()
     assert "tiles" in repr(job) and "sbatch" not in job.script() and "--array" in job.script()
 

@@ -112,6 +112,10 @@ struct Borders {
 /// What the border keeps of each scan alone.
 void find_footprints(Pair& pair, const CompareOptions& options, const Context& context);
 
+/// By node of scan k: whether its points have a difference: inside what is measured of the other scan, and not in folds
+/// of its own scan alone, where folds are left out.
+[[nodiscard]] Array<unsigned char> compared_nodes(const Pair& pair, const Borders& borders, std::size_t k);
+
 /// Of A: other surface − own height, of B: own height − other surface, into c.fields_a and c.fields_b, if
 /// options.keep_points asks for them. NaN where there is none, and at nodes that lie in folds of their own scan alone,
 /// where folds are left out. Counts the others into c.compared_points.

@@ -1,6 +1,7 @@
 #include "isopach/tiles/join.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <optional>
 #include <tuple>
 #include <utility>
@@ -59,6 +60,9 @@ class Joiner {
     count_triangles();
     const stages::Borders borders =
         stages::find_borders(pair_, std::move(spreads_), Domain::everything(), c_, context_);
+
+    if (tiles_.heights != nullptr)
+      for_both([&](std::size_t k) { (*tiles_.heights)[k] = heights_of_other(k, borders); });
 
     clock_.start("detail");
     measure_detail();
@@ -188,6 +192,15 @@ class Joiner {
           return here;
         },
         [](std::uint64_t& total, std::uint64_t part) { total += part; });
+  }
+
+  [[nodiscard]] std::vector<Array<double>> heights_of_other(std::size_t k, const stages::Borders& borders) const {
+    const Array<unsigned char> compared = stages::compared_nodes(pair_, borders, k);
+    std::vector<Array<double>> heights(tiles_.parts.size());
+    for (std::size_t i = 0; i < compared.size(); ++i)
+      heights[tile_of_[k][i]].push_back(compared[i] != 0 ? pair_.seen[k].z[i]
+                                                         : std::numeric_limits<double>::quiet_NaN());
+    return heights;
   }
 
   void count_triangles() {

@@ -13,11 +13,16 @@
 
 namespace isopach {
 
+/// By scan and tile, at each node that was passed up: the height of the other surface there, NaN where there is no
+/// difference (stages::compared_nodes). At nodes that their tile knows more of it is not to be asked.
+using HeightsOfOther = std::array<std::vector<Array<double>>, 2>;
+
 struct TilesToJoin {
   std::vector<Part> parts;  ///< of all tiles that hold a point, in the order of the curve
   /// Final cells of each, with first_node as nodes of T are counted from tile to tile.
   std::vector<PartedCellsPart> cells;
   std::array<bool, 2> is_raster{false, false};
+  HeightsOfOther* heights = nullptr;  ///< to be filled; null: nobody asks
   /// Called with all cells, once `c` is what it becomes; may be empty.
   std::function<void(const PartedCells& cells)> look;
 };

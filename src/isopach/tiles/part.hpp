@@ -60,8 +60,8 @@ struct Part {
 
 /// Final cells of a tile: the arrays of a CellPart.
 struct FinalCells {
-  Array<Point2> xy;  ///< all nodes of T of the tile, so that their numbers say where on the curve they are
-  Array<double> z1, z2;
+  Array<Point2> xy;      ///< all nodes of T of the tile, so that their numbers say where on the curve they are
+  Array<double> z1, z2;  ///< at a node of the other scan NaN where the tile does not know it: at no corner of a cell
   Array<Corners> triangles;
 
   [[nodiscard]] CellPart view(std::size_t first_node) const { return {xy, z1, z2, triangles, first_node}; }

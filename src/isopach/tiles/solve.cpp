@@ -1,6 +1,7 @@
 #include "isopach/tiles/solve.hpp"
 
 #include <algorithm>
+#include <limits>
 #include <utility>
 #include <vector>
 
@@ -337,13 +338,18 @@ class TileSolver {
   }
   [[nodiscard]] OverlayMesh all_of(std::size_t k) const { return pair_.mesh(k); }
 
+  /// At a node of scan k; of one that is in both scans it is the height of the other's node.
+  [[nodiscard]] double height_of_other(std::size_t k, Index node) const {
+    return known_[k][node] != 0 ? pair_.seen[k].z[node] : std::numeric_limits<double>::quiet_NaN();
+  }
+
   void fill(FinalCells& cells) {
     const std::size_t n = nodes_.xy.size();
     cells.z1.resize(n), cells.z2.resize(n);
     for_each_index(n, [&](std::size_t i) {
       const Index a = nodes_.of_1[i], b = nodes_.of_2[i];
-      cells.z1[i] = a != no_index ? pair_.scan[0].field.z[a] : pair_.seen[1].z[b];
-      cells.z2[i] = b != no_index ? pair_.scan[1].field.z[b] : pair_.seen[0].z[a];
+      cells.z1[i] = b != no_index ? height_of_other(1, b) : pair_.scan[0].field.z[a];
+      cells.z2[i] = a != no_index ? height_of_other(0, a) : pair_.scan[1].field.z[b];
     });
     cells.xy = std::move(nodes_.xy);
     for (std::size_t i = 0; i < t_.real; ++i)
