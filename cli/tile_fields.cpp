@@ -2,12 +2,11 @@
 
 #include <fmt/format.h>
 
-#include <cmath>
-
 #include "cli/tile_files.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/field/height_field.hpp"
 #include "isopach/io/write.hpp"
+#include "isopach/tiles/node_heights.hpp"
 
 namespace isopach::cli {
 namespace {
@@ -25,7 +24,8 @@ class FieldWriter {
       const Array<Point3> points = read_runs(file_, job_.tiles[k].runs[s]);
       if (points.empty()) continue;
       const HeightField field = project_part(points, job_.frame, options_.project.duplicates, nullptr, context_);
-      const Array<double> other = other_heights(k, s, field, *cells, part.scan[s].in_t, *heights[s]);
+      const Array<double> other = node_heights(s, field.xy, *cells, part.scan[s], *heights[s]);
+      if (other.size() != field.xy.size()) fail_to_fit(job_.tile_file(k, "cells"));
       Array<double> d(points.size());
       for_each_index(points.size(), [&](std::size_t i) {
         const double there = other[field.node_of_point[i]];
@@ -37,23 +37,6 @@ class FieldWriter {
   }
 
  private:
-  /// By node of the field. The cells hold what the tile knows of all nodes of T, in the same order.
-  [[nodiscard]] Array<double> other_heights(std::size_t k, std::size_t s, const HeightField& field,
-                                            const CellPart& cells, const Array<Index>& passed_up,
-                                            const Array<double>& joined) const {
-    const std::span<const double> known = s == 0 ? cells.z2 : cells.z1;
-    Array<double> heights;
-    std::size_t up = 0;
-    for (std::size_t i = 0; i < cells.xy.size() && heights.size() < field.xy.size(); ++i) {
-      const bool is_up = up < passed_up.size() && passed_up[up] == i;
-      if (cells.xy[i] == field.xy[heights.size()])
-        heights.push_back(is_up && std::isnan(known[i]) ? joined[up] : known[i]);
-      if (is_up) ++up;
-    }
-    if (heights.size() != field.xy.size() || passed_up.size() != joined.size()) fail_to_fit(job_.tile_file(k, "cells"));
-    return heights;
-  }
-
   [[nodiscard]] Cloud cloud_of(std::size_t s, const Array<Point3>& points, const Array<double>& d) const {
     const JobScan& scan = job_.scan[s];
     Cloud cloud;

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdlib>
 #include <string>
 #include <vector>
@@ -18,6 +19,7 @@
 #include "isopach/report/report.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "isopach/tiles/join.hpp"
+#include "isopach/tiles/node_heights.hpp"
 #include "isopach/tiles/solve.hpp"
 #include "tests/support/clouds.hpp"
 #include "tests/support/shared_data.hpp"
@@ -97,8 +99,27 @@ struct Joined {
   Comparison comparison;
   std::vector<Triangle3> cells;
   std::optional<Displacement> displacement;
+  std::array<Array<double>, 2> d;  // by point, as PointFields::dz_signed
   std::size_t tiles = 0, passed_up = 0, nodes = 0, final_cells = 0;
 };
+
+/// `heights`: by node of scan k, of the other surface.
+Array<double> differences(const Cloud& cloud, const Pose& pose, const Pair& pair, std::size_t k,
+                          const Array<double>& heights) {
+  Array<double> d(cloud.points.size());
+  for (std::size_t i = 0; i < d.size(); ++i) {
+    const Index node = pair.scan[k].field.node_of_point[i];
+    const double own = pair.frame.to_field(pose.apply(cloud.points[i])).z;
+    const double other = node == no_index ? std::nan("") : heights[node];
+    d[i] = k == 0 ? other - own : own - other;
+  }
+  return d;
+}
+
+bool same_bits(const Array<double>& a, const Array<double>& b) {
+  return std::equal(a.begin(), a.end(), b.begin(), b.end(),
+                    [](double x, double y) { return x == y || (std::isnan(x) && std::isnan(y)); });
+}
 
 Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int level, std::size_t most,
             bool knows_hulls = true) {
@@ -116,7 +137,8 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
   for (std::size_t k = 0; k < 2 && knows_hulls; ++k) hulls[k].add(pair.scan[k].field.xy);
   std::vector<FinalCells> cells;
   Joined joined;
-  for (const Square& s : squares_of(pair, level, most)) {
+  const std::vector<Square> squares = squares_of(pair, level, most);
+  for (const Square& s : squares) {
     TileInput input;
     input.frame = pair.frame;
     for (std::size_t k = 0; k < 2; ++k) {
@@ -148,7 +170,21 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
       joined.cells.push_back(from_least(t));
     }
   }
+  const std::vector<Part> parts = tiles.parts;
+  HeightsOfOther found;
+  tiles.heights = &found;
   joined.displacement = join_tiles(std::move(tiles), c, context);
+  for (std::size_t k = 0; k < 2; ++k) {
+    Array<double> heights;
+    for (std::size_t i = 0; i < parts.size(); ++i) {
+      const Array<Point2> nodes = slice(pair.scan[k].field.xy, squares[i].run[k]);
+      const Array<double> some = node_heights(k, nodes, cells[i].view(0), parts[i].scan[k], found[k][i]);
+      EXPECT_EQ(some.size(), nodes.size());
+      heights.insert(heights.end(), some.begin(), some.end());
+    }
+    if (heights.size() == pair.scan[k].field.xy.size())
+      joined.d[k] = differences(k == 0 ? a : b, k == 0 ? Pose{} : options.pose, pair, k, heights);
+  }
   const std::vector<Triangle3> rest = cells_of(c.cells.view());
   joined.cells.insert(joined.cells.end(), rest.begin(), rest.end());
   joined.comparison = std::move(c);
@@ -175,7 +211,9 @@ Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& option
   Comparison whole;
   std::string refusal;
   try {
-    whole = compare(a, b, options, {});
+    CompareOptions with_points = options;
+    with_points.keep_points = true;
+    whole = compare(a, b, with_points, {});
   } catch (const Error& e) {
     refusal = e.what();
   }
@@ -201,6 +239,8 @@ Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& option
       EXPECT_EQ(joined.displacement->tilt, lies_off->tilt);
       EXPECT_EQ(joined.displacement->shift, lies_off->shift);
     }
+    EXPECT_TRUE(same_bits(joined.d[0], whole.fields_a.dz_signed));
+    EXPECT_TRUE(same_bits(joined.d[1], whole.fields_b.dz_signed));
     std::vector<Triangle3> cells = cells_of(whole.cells.view());
     std::sort(cells.begin(), cells.end()), std::sort(joined.cells.begin(), joined.cells.end());
     EXPECT_TRUE(cells == joined.cells) << cells.size() << " and " << joined.cells.size() << " cells";
