@@ -4,11 +4,15 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <memory>
+#include <numeric>
+#include <optional>
 #include <utility>
 
 #include "cli/scans.hpp"
+#include "cli/tile_record.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
@@ -28,6 +32,11 @@ namespace {
 constexpr double bytes_a_point = 420;  // of a tile while it is solved; bench/tiles.py
 constexpr double bytes_a_point_whole = 210;
 constexpr std::uint64_t bytes_at_least = 150'000'000;  // of the program, a block of input, buffers of the spill
+constexpr int deepest = 32;                            // levels of the curve
+
+std::uint64_t memory_of_tile(std::uint64_t points) {
+  return bytes_at_least + static_cast<std::uint64_t>(bytes_a_point * static_cast<double>(points));
+}
 
 /// Two looks at the files of both scans.
 class Planner {
@@ -35,24 +44,37 @@ class Planner {
   Planner(Job& job, const CompareOptions& options, const Context& context)
       : job_(job), options_(options), wanted_(read_options(options.project)), context_(context) {}
 
-  void look(std::size_t k, const std::string& word) {
+  void look(std::size_t k, const std::string& word, BrokenFiles broken) {
     JobScan& scan = job_.scan[k];
     scan.name = word;
     const std::vector<std::string> files = files_of(word);
     ScanSystem system;
     std::vector<FileNotes> told;
     for (const std::string& path : files) {
-      const FileSummary stamp = summarise(path, wanted_, context_);
-      scan.files.push_back({path, stamp.bytes, stamp.modified_ns});
-      const Cloud about = for_each_block(path, wanted_, context_, [&](const Cloud& block) {
-        scan.extent.add(extent_of(block, pose_of(k), options_.project));
-      });
-      join_systems(system, {path, about.unit, about.vertical_unit, about.crs});
+      std::optional<FileLook> looked;
+      try {
+        looked = look_at(k, path);
+      } catch (const InputError& e) {
+        if (broken == BrokenFiles::refused || files.size() == 1) throw;
+        scan.broken.push_back({path, e.what()});
+        continue;
+      }
+      const Cloud& about = looked->about;
+      const ScanSystem own{path, about.unit, about.vertical_unit, about.crs};
+      if (scan.files.empty())
+        system = own;
+      else
+        join_systems(system, own);
+      scan.files.push_back(looked->stamp);
+      scan.extent.add(looked->extent);
       scan.format = files.size() > 1 ? "set" : about.format;
       scan.nodata += about.nodata;
       scan.is_raster = scan.is_raster || (files.size() == 1 && about.grid.has_value());
       told.push_back({path, about.notes});
     }
+    if (scan.files.empty())
+      throw InputError(fmt::format("{}: none of its {} files can be read; the first: {}", word, files.size(),
+                                   scan.broken.front().why));
     scan.notes = join_notes(told);
     scan.unit = system.unit, scan.vertical_unit = system.vertical_unit, scan.crs = system.crs;
   }
@@ -69,13 +91,78 @@ class Planner {
           spill.add(k, points_in_frame(block, pose_of(k), job_.frame, options_.project));
         }));
     split(spill, spill.end(), most);
+    check_sorted();
+  }
+
+  /// Points that share a cell of the curve are in one tile, however many they are.
+  void refuse_tiles_beyond_memory() const {
+    for (const JobTile& tile : job_.tiles) {
+      const std::uint64_t needed = memory_of_tile(tile.square.all());
+      if (job_.memory == 0 || needed <= job_.memory) continue;
+      const Point3 at = place_in(tile);
+      throw UsageError(
+          fmt::format("--max-memory: {} points lie within {:.2g} of {:.10g}, {:.10g}, {:.10g}, and no tile can part "
+                      "them: they take "
+                      "{}, and {} are allowed: give --max-memory {}M or more, or thin the scans there",
+                      tile.square.all(), std::ldexp(1 / job_.frame.curve.scale, deepest - tile.square.level), at.x,
+                      at.y, at.z, bytes_in_words(needed), bytes_in_words(job_.memory), needed / 1'000'000 + 1));
+    }
   }
 
  private:
+  /// What a file tells of itself and its points.
+  struct FileLook {
+    FileStamp stamp;
+    ScanExtent extent;
+    Cloud about;
+  };
+  [[nodiscard]] FileLook look_at(std::size_t k, const std::string& path) const {
+    FileLook found;
+    const FileSummary stamp = summarise(path, wanted_, context_);
+    found.stamp = {path, stamp.bytes, stamp.modified_ns};
+    found.about = for_each_block(path, wanted_, context_, [&](const Cloud& block) {
+      found.extent.add(extent_of(block, pose_of(k), options_.project));
+    });
+    return found;
+  }
+
+  /// The second look found the points of the first.
+  void check_sorted() const {
+    check_inputs(job_);
+    for (std::size_t k = 0; k < 2; ++k) {
+      std::uint64_t sorted = 0;
+      for (const JobTile& tile : job_.tiles) sorted += tile.square.points[k];
+      if (sorted != kept(k))
+        throw InputError(
+            fmt::format("{}: it has changed while the job was planned: plan the job again", job_.scan[k].name));
+    }
+  }
+
+  [[nodiscard]] Point3 place_in(const JobTile& tile) const {
+    const PlacedFile file(job_.folder / "points");
+    const std::vector<PointRun>& runs = tile.runs[tile.runs[0].empty() ? 1 : 0];
+    return job_.frame.to_input(read_runs(file, {{runs.front().first, 1}}).front());
+  }
+
   [[nodiscard]] const Pose& pose_of(std::size_t k) const { return k == 1 ? options_.pose : identity_; }
   [[nodiscard]] std::uint64_t kept(std::size_t k) const {
     const Cleaning& c = job_.scan[k].extent.cleaning;
     return c.points - c.dropped_nonfinite - c.dropped_class - c.dropped_crop;
+  }
+
+  /// The smallest square that holds the points: what it is cut into parts them, however near one another they are.
+  void narrow(const PlacedFile& file, Spill::Bucket& bucket) const {
+    std::optional<std::uint64_t> first;
+    std::uint64_t differences = 0;
+    for (const std::vector<PointRun>& runs : bucket.runs)
+      for (const PointRun& run : runs)
+        for (const Point3& p : read_runs(file, {run})) {
+          const std::uint64_t key = curve_key(job_.frame.curve, {p.x, p.y});
+          if (!first) first = key;
+          differences |= key ^ *first;
+        }
+    bucket.square.level = std::countl_zero(differences) / 2;
+    bucket.square.prefix = bucket.square.level == 0 ? 0 : *first >> (64 - 2 * bucket.square.level);
   }
 
   /// Squares that hold too many points are sorted once more, into smaller ones.
@@ -84,13 +171,13 @@ class Planner {
     while (!buckets.empty()) {
       Spill::Bucket bucket = std::move(buckets.back());
       buckets.pop_back();
-      constexpr int deepest = 30;
-      if (bucket.square.all() <= most || bucket.square.level >= deepest) {
+      const PlacedFile file(job_.folder / "points");
+      if (bucket.square.all() > most) narrow(file, bucket);
+      if (bucket.square.all() <= most || bucket.square.level == deepest) {
         done.push_back(std::move(bucket));
         continue;
       }
-      const PlacedFile file(job_.folder / "points");
-      spill.begin(bucket.square, 3);
+      spill.begin(bucket.square, std::min(3, deepest - bucket.square.level));
       for (std::size_t k = 0; k < 2; ++k)
         for (const PointRun& run : bucket.runs[k]) spill.add(k, read_runs(file, {run}));
       for (Spill::Bucket& part : spill.end()) buckets.push_back(std::move(part));
@@ -234,15 +321,22 @@ void refuse_duplicates(const JobScan& scan, const Cleaning& cleaning, const Comp
                   scan.name, cleaning.duplicates));
 }
 
+/// 0: no limit, as the points of a tile are given.
+std::uint64_t memory_for_tile(const JobLimits& limits) {
+  if (limits.memory > 0) return limits.memory;
+  return limits.tile_points > 0 ? 0 : usable_memory() / 2;
+}
+
 }  // namespace
 
 std::uint64_t most_points(const JobLimits& limits) {
-  if (limits.tile_points > 0) return limits.tile_points;
-  const std::uint64_t memory = limits.memory > 0 ? limits.memory : usable_memory() / 2;
+  if (limits.tile_points > 0 && limits.memory == 0) return limits.tile_points;
+  const std::uint64_t memory = memory_for_tile(limits);
   if (memory < 2 * bytes_at_least)
     throw UsageError(fmt::format("--max-memory: {} leaves no room for points beside the program: give {} or more",
                                  bytes_in_words(memory), bytes_in_words(2 * bytes_at_least)));
-  return static_cast<std::uint64_t>(static_cast<double>(memory - bytes_at_least) / bytes_a_point);
+  const auto points = static_cast<std::uint64_t>(static_cast<double>(memory - bytes_at_least) / bytes_a_point);
+  return limits.tile_points > 0 ? std::min(limits.tile_points, points) : points;
 }
 
 std::uint64_t memory_of_comparison(std::uint64_t points) {
@@ -250,16 +344,16 @@ std::uint64_t memory_of_comparison(std::uint64_t points) {
 }
 
 Job plan_job(const std::string& a, const std::string& b, const CompareOptions& options, const Arguments& words,
-             const JobLimits& limits, const fs::path& folder, const Context& context) {
+             const JobLimits& limits, BrokenFiles broken, const fs::path& folder, const Context& context) {
   check_tiled(options);
   const std::uint64_t most = most_points(limits);
   NewFolder made(folder);
   Job job;
-  job.folder = folder, job.words = words;
+  job.folder = folder, job.words = words, job.memory = memory_for_tile(limits);
   run_with_threads(context, [&] {
     Planner planner(job, options, context);
     context.step("first look at the points", 0);
-    planner.look(0, a), planner.look(1, b);
+    planner.look(0, a, broken), planner.look(1, b, broken);
     Comparison refused;
     stages::check_units(job.scan[0].header(), job.scan[1].header(), options, refused);
     job.frame = choose_frame({job.scan[0].extent, job.scan[1].extent}, {a, b}, options.project.direction);
@@ -267,6 +361,7 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
     require_room(folder, job);
     context.step("sorting points into tiles", 0);
     planner.sort_into_tiles(most);
+    planner.refuse_tiles_beyond_memory();
   });
   write_manifest(job);
   made.keep();
@@ -278,6 +373,7 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
   const JobTile& tile = job.tiles[k];
   try {
     run_with_threads(context, [&] {
+      const TileWatch watch;
       TileInput input;
       input.frame = job.frame;
       const PlacedFile file(job.folder / "points");
@@ -295,6 +391,7 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
       }
       const SolvedTile solved = solve_tile(std::move(input), options, context);
       write_text_atomically(job.tile_file(k, "cells").string(), bytes_of(solved.cells, job.id));
+      write_record(job, k, watch.record());
       write_text_atomically(job.tile_file(k, "part").string(), bytes_of(solved.part, job.id));
     });
   } catch (const Interrupted&) {
@@ -341,13 +438,16 @@ class PassingFolder {
 Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
                             const JobLimits& limits, const LookAtCells& look, const Context& context) {
   const PassingFolder folder;
-  const Job job = plan_job(a, b, options, {}, limits, folder.path(), context);
+  const Job job = plan_job(a, b, options, {}, limits, BrokenFiles::refused, folder.path(), context);
   Context quiet = context;
   quiet.progress = nullptr;
-  for (std::size_t k = 0; k < job.tiles.size(); ++k) {
-    context.step(fmt::format("tile {} of {}", k + 1, job.tiles.size()),
-                 static_cast<double>(k) / static_cast<double>(job.tiles.size()));
+  std::vector<std::size_t> tiles(job.tiles.size());
+  std::iota(tiles.begin(), tiles.end(), std::size_t{0});
+  TileProgress progress(job, tiles, context);
+  for (const std::size_t k : tiles) {
+    progress.begin(k);
     run_tile(job, k, options, quiet);
+    progress.end(k);
   }
   context.step("joining tiles", 0);
   check_inputs(job);

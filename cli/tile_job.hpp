@@ -8,6 +8,8 @@
 //
 // JOB/tiles/K.part: what it passes up; with it the tile is done.
 //
+// JOB/tiles/K.json: what the run of it took (tile_record.hpp).
+//
 // JOB/tiles/K.failed: why the last run of it failed, in one line.
 #pragma once
 #include <array>
@@ -37,9 +39,19 @@ struct FileStamp {
   std::int64_t modified_ns = 0;
 };
 
+/// A file of a set that could not be read, and the message that says why.
+struct BrokenFile {
+  std::string path, why;
+};
+
+/// What becomes of a set of several files of which some cannot be read: an error, or a job of the others, which names
+/// them in its manifest.
+enum class BrokenFiles { refused, left_out };
+
 struct JobScan {
   std::string name, format, unit = "unknown", vertical_unit = "unknown", crs;
   std::vector<FileStamp> files;
+  std::vector<BrokenFile> broken;  ///< no part of the job
   std::vector<std::string> notes;
   std::size_t nodata = 0;
   bool is_raster = false;  ///< its file; whether it is one height a cell goes by direction and pose
@@ -57,8 +69,9 @@ struct JobTile {
 
 struct Job {
   std::filesystem::path folder;
-  std::string id;   ///< of inputs, options and tiles: parts of another plan are not taken for its own
-  Arguments words;  ///< options as they were given
+  std::string id;            ///< of inputs, options and tiles: parts of another plan are not taken for its own
+  Arguments words;           ///< options as they were given
+  std::uint64_t memory = 0;  ///< bytes that the run of a tile may take; 0: the points of a tile were given instead
   std::array<JobScan, 2> scan;
   Frame frame;
   std::vector<JobTile> tiles;
@@ -74,16 +87,18 @@ struct JobLimits {
   std::uint64_t tile_points = 0;  ///< most points of a tile, of both scans; 0: what the memory has room for
 };
 
-/// Most points of a tile, of both scans.
+/// Most points of a tile, of both scans: where both limits are given, the narrower one.
 [[nodiscard]] std::uint64_t most_points(const JobLimits& limits);
 /// What compare() in memory takes, about, for scans of so many points together.
 [[nodiscard]] std::uint64_t memory_of_comparison(std::uint64_t points);
 
 /// Reads both scans twice, block by block; memory does not depend on their size. Errors as of read_cloud and
-/// choose_frame; UsageError if the folder holds a job or anything else already.
+/// choose_frame, also where no file of a set can be read, or one only at the first look; UsageError if the folder holds
+/// a job or anything else already, or if one cell of the curve, the smallest tile, holds more points than the memory
+/// has room for.
 [[nodiscard]] Job plan_job(const std::string& a, const std::string& b, const CompareOptions& options,
-                           const Arguments& words, const JobLimits& limits, const std::filesystem::path& folder,
-                           const Context& context);
+                           const Arguments& words, const JobLimits& limits, BrokenFiles broken,
+                           const std::filesystem::path& folder, const Context& context);
 
 /// JOB/manifest.json, from which the id follows.
 void write_manifest(Job& job);
@@ -101,7 +116,7 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
 using LookAtCells = std::function<void(const PartedCells& cells, const Comparison& c)>;
 
 /// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are
-/// missing, unless `allow_missing`: then the points of the others are compared, and a warning says so.
+/// missing or files were left out, unless `allow_missing`: then all other points are compared, and warnings say so.
 [[nodiscard]] Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing,
                                     const LookAtCells& look, const Context& context);
 

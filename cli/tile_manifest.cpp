@@ -41,6 +41,8 @@ Json of(const JobScan& s) {
   Json files = Json::array();
   for (const FileStamp& f : s.files)
     files.push_back({{"path", f.path}, {"bytes", f.bytes}, {"modified_ns", f.modified_ns}});
+  Json broken = Json::array();
+  for (const BrokenFile& f : s.broken) broken.push_back({{"path", f.path}, {"why", f.why}});
   return {{"name", s.name},
           {"format", s.format},
           {"unit", s.unit},
@@ -54,7 +56,8 @@ Json of(const JobScan& s) {
           {"kept", of(s.extent.kept)},
           {"finite", of(s.extent.finite)},
           {"hull", of(s.hull)},
-          {"files", files}};
+          {"files", files},
+          {"broken", broken}};
 }
 
 JobScan scan_of(const Json& j) {
@@ -72,6 +75,8 @@ JobScan scan_of(const Json& j) {
   for (const Json& f : j.at("files"))
     s.files.push_back(
         {f.at("path").get<std::string>(), f.at("bytes").get<std::uint64_t>(), f.at("modified_ns").get<std::int64_t>()});
+  for (const Json& f : j.at("broken"))
+    s.broken.push_back({f.at("path").get<std::string>(), f.at("why").get<std::string>()});
   return s;
 }
 
@@ -98,6 +103,7 @@ Json of(const Job& job) {
   const Frame& f = job.frame;
   return {{"schema", schema},
           {"words", job.words},
+          {"memory", job.memory},
           {"inputs", {of(job.scan[0]), of(job.scan[1])}},
           {"frame",
            {{"origin", of(f.origin)},
@@ -156,7 +162,7 @@ Job read_job(const fs::path& folder, const Context& context) {
     Job job;
     job.folder = folder;
     job.id = id_of(text.substr(0, text.find_last_not_of('\n') + 1));
-    json.at("words").get_to(job.words);
+    json.at("words").get_to(job.words), json.at("memory").get_to(job.memory);
     for (std::size_t k = 0; k < 2; ++k) job.scan[k] = scan_of(json.at("inputs").at(k));
     const Json& frame = json.at("frame");
     job.frame.origin = point_of(frame.at("origin"));

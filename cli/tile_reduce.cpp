@@ -12,6 +12,7 @@
 #include <utility>
 
 #include "cli/compare_request.hpp"
+#include "cli/session.hpp"
 #include "cli/tile_job.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/parallel.hpp"
@@ -80,6 +81,7 @@ class Reducer {
       : job_(job), options_(options), context_(context) {}
 
   Comparison run(bool allow_missing, const LookAtCells& look) {
+    if (!allow_missing) refuse_broken_files();
     const std::vector<std::size_t> done = tiles_done(allow_missing);
     Comparison c;
     c.options = options_;
@@ -102,9 +104,7 @@ class Reducer {
     describe(tiles.parts, done, c);
     if (look) tiles.look = [&](const PartedCells& all) { look(all, c); };
     hint_at_matching(join_tiles(std::move(tiles), c, context_), c);
-    if (done.size() < job_.tiles.size())
-      c.warnings.push_back(fmt::format("{} of {} tiles are missing: their points are no part of this comparison",
-                                       job_.tiles.size() - done.size(), job_.tiles.size()));
+    warn_of_what_is_missing(done, c);
     return c;
   }
 
@@ -124,6 +124,34 @@ class Reducer {
                       "compare the points of the others alone (--allow-missing)",
                       job_.folder.string(), missing, job_.tiles.size(), first, job_.folder.string()));
     return done;
+  }
+
+  void refuse_broken_files() const {
+    for (const JobScan& scan : job_.scan)
+      if (!scan.broken.empty())
+        throw InputError(fmt::format(
+            "{}: {} of {} files of {} could not be read when it was planned (the first: {}): repair them and "
+            "plan the job again, or compare the points of the others alone (--allow-missing)",
+            job_.folder.string(), scan.broken.size(), scan.broken.size() + scan.files.size(), scan.name,
+            scan.broken.front().why));
+  }
+
+  void warn_of_what_is_missing(const std::vector<std::size_t>& done, Comparison& c) const {
+    if (done.size() < job_.tiles.size()) {
+      std::uint64_t points = 0;
+      for (const JobTile& tile : job_.tiles) points += tile.square.all();
+      for (const std::size_t k : done) points -= job_.tiles[k].square.all();
+      c.warnings.push_back(fmt::format("{} of {} tiles are missing: their {} points are no part of this comparison",
+                                       job_.tiles.size() - done.size(), job_.tiles.size(), points));
+    }
+    for (const JobScan& scan : job_.scan) {
+      if (scan.broken.empty()) continue;
+      std::string names;
+      for (const BrokenFile& file : scan.broken) names += (names.empty() ? "" : ", ") + file.path;
+      c.warnings.push_back(
+          fmt::format("{}: {} of {} files could not be read, and their points are no part of this comparison: {}",
+                      scan.name, scan.broken.size(), scan.broken.size() + scan.files.size(), names));
+    }
   }
 
   void describe(const std::vector<Part>& parts, const std::vector<std::size_t>& done, Comparison& c) {
@@ -167,7 +195,12 @@ class Reducer {
 
 Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing, const LookAtCells& look,
                       const Context& context) {
-  return Reducer(job, options, context).run(allow_missing, look);
+  try {
+    return Reducer(job, options, context).run(allow_missing, look);
+  } catch (const OverlapError&) {  // it speaks of the scans, which the words of this run may not name
+    session().scan_words = {job.scan[0].name, job.scan[1].name};
+    throw;
+  }
 }
 
 }  // namespace isopach::cli

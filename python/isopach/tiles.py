@@ -20,11 +20,12 @@ import subprocess
 import sys
 import sysconfig
 import time
+import warnings
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any
 
 from ._check import path_of, shown
-from ._errors import InputError, UsageError, error_of
+from ._errors import InputError, ScanWarning, UsageError, error_of
 from ._record import Record
 from ._table import keywords
 
@@ -98,7 +99,14 @@ class Job:
 
     @property
     def status(self) -> Record:
-        """State of the job: ``tiles``, ``done``, ``points``, ``points_done`` and, of each tile, ``state`` and ``why``."""
+        """State of the job, as ``isopach tile status --json`` has it.
+
+        ``tiles`` are ``done``, ``failed`` or ``missing``; ``points``, ``points_done``; ``points_per_second`` of one run at a
+        time and ``seconds_left`` at that pace; ``peak_bytes``, the largest memory of a tile, and ``memory``, what is allowed;
+        ``broken``: ``scan``, ``path`` and ``why`` of the files that were left out; ``each``: of each tile ``state``, ``why``,
+        ``points_a``, ``points_b``, ``seconds``, ``cpu_seconds``, ``peak_bytes``, ``threads``, ``host`` and ``ended``. What is
+        not known is None.
+        """
         return Record(json.loads(_done(["tile", "status", self.folder, "--json", "-", "--quiet"])))
 
     def missing(self) -> list[int]:
@@ -118,7 +126,7 @@ class Job:
             size = workers or max(1, (os.cpu_count() or 1) // max(1, threads))
             with concurrent.futures.ThreadPoolExecutor(size) as own:
                 return self.run(own, retries=retries, threads=threads, progress=progress)
-        told = _told if progress is True else progress or None
+        told = _Line() if progress is True else progress or None
         left = self.missing()
         tries = dict.fromkeys(left, 0)
         failed: dict[int, str] = {}
@@ -170,9 +178,21 @@ class Job:
         return f"Job of {state.tiles} tiles, {state.points} points, {state.done} done\n  {self.folder}"
 
 
-def _told(done: int, of: int) -> None:
-    sys.stderr.write(f"\r{done} of {of} tiles" + ("\n" if done == of else ""))
-    sys.stderr.flush()
+class _Line:
+    """One line on stderr, with the time left at the pace so far."""
+
+    def __init__(self) -> None:
+        self.start = time.monotonic()
+        self.width = 0
+
+    def __call__(self, done: int, of: int) -> None:
+        line = f"{done} of {of} tiles"
+        if 0 < done < of:
+            left = (time.monotonic() - self.start) / done * (of - done)
+            line += f", {left:.0f} s left" if left < 90 else f", {left / 60:.0f} min left"
+        sys.stderr.write(f"\r{line:<{self.width}}" + ("\n" if done == of else ""))
+        sys.stderr.flush()
+        self.width = len(line)
 
 
 def plan(a: str | os.PathLike[str], b: str | os.PathLike[str], job: str | os.PathLike[str], *,
@@ -181,7 +201,8 @@ def plan(a: str | os.PathLike[str], b: str | os.PathLike[str], job: str | os.Pat
 
     `a` and `b` are paths: files, folders, patterns, lists, catalogues. `max_memory`: what the run of one tile may take, as
     bytes or "4G". `tile_points`: most points of a tile instead. `options`: those of isopach.compare; what tiles cannot do
-    raises UsageError, which names it. The job holds 24 bytes a point.
+    raises UsageError, which names it. The job holds 24 bytes a point. Files of a set that cannot be read are left out: a
+    ScanWarning names each, and `Job.reduce` refuses the job unless `allow_missing` is given.
     """
     words = ["tile", "plan", os.fsdecode(path_of(a, "a")), os.fsdecode(path_of(b, "b")), "-o",
              os.fsdecode(path_of(job, "job")), "--quiet"]
@@ -190,7 +211,10 @@ def plan(a: str | os.PathLike[str], b: str | os.PathLike[str], job: str | os.Pat
     if tile_points is not None:
         words.append(f"--tile-points={tile_points}")
     _done(words + _words(options))
-    return Job(job)
+    planned = Job(job)
+    for file in planned.status.broken:
+        warnings.warn(f"left out: {file.why}", ScanWarning, stacklevel=2)
+    return planned
 
 
 def status(job: str | os.PathLike[str]) -> Record:

@@ -44,10 +44,35 @@ def test_tiles_are_the_whole(scans: tuple[pathlib.Path, pathlib.Path], tmp_path:
     assert job.status.done == 0 and len(job.missing()) == job.status.tiles > 4
     heard: list[tuple[int, int]] = []
     job.run(progress=lambda done, of: heard.append((done, of)))
-    assert heard[-1] == (job.status.tiles, job.status.tiles)
+    status = job.status
+    assert heard[-1] == (status.tiles, status.tiles)
+    assert (status.done, status.failed, status.missing, status.seconds_left) == (status.tiles, 0, 0, 0)
+    assert all(tile.seconds > 0 and tile.host and tile.state == "done" for tile in status.each)
     assert numbers(job.reduce(tmp_path / "out")) == numbers(whole)
     assert (tmp_path / "out/result.json").exists()
     assert "tiles" in repr(job) and "sbatch" not in job.script() and "--array" in job.script()
+
+
+def test_a_broken_file_is_named(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    (tmp_path / "parts").mkdir()
+    (tmp_path / "parts/0.ply").write_bytes(scans[1].read_bytes())
+    (tmp_path / "parts/1.ply").write_text("ply\nnothing\n")
+    with pytest.warns(isopach.ScanWarning, match="left out: .*1.ply"):
+        job = isopach.tiles.plan(scans[0], tmp_path / "parts", tmp_path / "job", tile_points=3000)
+    assert [file.scan for file in job.status.broken] == ["B"]
+    job.run()
+    with pytest.raises(isopach.InputError, match="1.ply"):
+        job.reduce()
+    result = job.reduce(allow_missing=True)
+    assert any("1.ply" in warning for warning in result.warnings)
+    assert result.volume.net == isopach.compare(*scans).volume.net
+
+
+def test_the_line_of_progress(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path,
+                              capfd: pytest.CaptureFixture[str]) -> None:
+    isopach.tiles.plan(*scans, tmp_path / "job", tile_points=3000).run(progress=True)
+    said = capfd.readouterr().err
+    assert " left" in said and said.count("\n") == 1 and said.rstrip().endswith("tiles")
 
 
 def test_executors_share_a_job(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:

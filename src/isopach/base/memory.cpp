@@ -9,6 +9,24 @@
 #include <limits>
 
 namespace isopach {
+namespace {
+
+/// The largest resident size since the mark was put back, or since the process began.
+std::optional<std::uint64_t> resident_mark() {
+  std::ifstream status("/proc/self/status");
+  for (std::string name; status >> name; status.ignore(std::numeric_limits<std::streamsize>::max(), '\n')) {
+    std::uint64_t kib = 0;
+    if (name == "VmHWM:" && status >> kib) return kib * 1024;
+  }
+  return std::nullopt;
+}
+
+bool put_mark_back() {
+  std::ofstream marks("/proc/self/clear_refs");
+  return static_cast<bool>(marks << '5' << std::flush);
+}
+
+}  // namespace
 
 std::uint64_t usable_memory() {
   std::uint64_t least = std::numeric_limits<std::uint64_t>::max();
@@ -22,6 +40,15 @@ std::uint64_t usable_memory() {
   if (::getrlimit(RLIMIT_AS, &address) == 0 && address.rlim_cur != RLIM_INFINITY)
     least = std::min<std::uint64_t>(least, address.rlim_cur);
   return least;
+}
+
+PeakMemory::PeakMemory() {
+  if (!put_mark_back()) before_ = resident_mark();
+}
+
+std::optional<std::uint64_t> PeakMemory::bytes() const {
+  const std::optional<std::uint64_t> mark = resident_mark();
+  return mark && before_ && *mark <= *before_ ? std::nullopt : mark;
 }
 
 std::string bytes_in_words(std::uint64_t bytes) {

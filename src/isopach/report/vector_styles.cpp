@@ -115,6 +115,13 @@ std::string changes_style(const Comparison& c, const MapOptions& look) {
   return style_of(rules);
 }
 
+std::string tile_states_style() {
+  const Palette palette(MapOptions{}.palette, false);
+  return style_of({{"done", "\"state\" = 'done'", "fill", fill_of(rgba(palette(1), 90), rgba(ink))},
+                   {"failed", "\"state\" = 'failed'", "fill", fill_of(rgba(palette(-1), 160), rgba(ink))},
+                   {"missing", "\"state\" = 'missing'", "fill", fill_of("0,0,0,0", rgba(ink), "no", "dash")}});
+}
+
 std::string outlines_style(const Comparison& c, const MapOptions& look) {
   const Palette palette = palette_of(c, look);
   return style_of(

@@ -13,6 +13,9 @@ namespace isopach {
 /// Objects by whether they are gained or lost.
 [[nodiscard]] std::string changes_style(const Comparison& c, const MapOptions& look);
 
+/// Tiles of a job by their state.
+[[nodiscard]] std::string tile_states_style();
+
 /// What was compared, filled; what each scan covers, as lines.
 [[nodiscard]] std::string outlines_style(const Comparison& c, const MapOptions& look);
 

@@ -28,19 +28,25 @@ Json rings_json(const Comparison& c, const PolygonWithHoles& polygon) {
 
 }  // namespace
 
-std::string feature_collection(const Comparison& c, const std::string& name, const std::vector<Json>& features) {
+std::string feature_collection(const std::string& crs, const std::string& name, const std::vector<Json>& features) {
   std::string out = "{\"type\": \"FeatureCollection\", \"name\": \"" + name + "\",\n";
-  if (const std::string urn = urn_of(c.a.crs.empty() ? c.b.crs : c.a.crs); !urn.empty())
+  if (const std::string urn = urn_of(crs); !urn.empty())
     out += "\"crs\": {\"type\": \"name\", \"properties\": {\"name\": \"" + urn + "\"}},\n";
   out += "\"features\": [";
   for (std::size_t i = 0; i < features.size(); ++i) out += (i == 0 ? "\n" : ",\n") + features[i].dump();
   return out + "\n]}\n";
 }
 
-Json place_json(const Comparison& c, const Point2& p) {
-  const Point3 at = c.frame.to_input({p.x, p.y, 0});
+std::string feature_collection(const Comparison& c, const std::string& name, const std::vector<Json>& features) {
+  return feature_collection(c.a.crs.empty() ? c.b.crs : c.a.crs, name, features);
+}
+
+Json place_json(const Frame& frame, const Point2& p) {
+  const Point3 at = frame.to_input({p.x, p.y, 0});
   return Json::array({real(at.x), real(at.y)});
 }
+
+Json place_json(const Comparison& c, const Point2& p) { return place_json(c.frame, p); }
 
 Json polygons_json(const Comparison& c, const std::vector<PolygonWithHoles>& polygons) {
   if (polygons.empty()) return nullptr;
