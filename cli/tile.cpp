@@ -287,7 +287,7 @@ int reduce(const Arguments& arguments) {
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(asked.tolerances);
   answer->comparison =
-      reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()), run.context());
+      reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()), run);
   return finish(std::move(answer), delivery, output.get(), run);
 }
 

@@ -38,6 +38,11 @@ std::uint64_t memory_of_tile(std::uint64_t points) {
   return bytes_at_least + static_cast<std::uint64_t>(bytes_a_point * static_cast<double>(points));
 }
 
+/// Of the points that are sorted: an eighth of the memory, within reason.
+std::size_t points_waiting(std::uint64_t memory) {
+  return std::clamp<std::size_t>(static_cast<std::size_t>(memory / 8 / sizeof(Point3)), 2'000'000, 40'000'000);
+}
+
 /// Two looks at the files of both scans.
 class Planner {
  public:
@@ -80,7 +85,7 @@ class Planner {
   }
 
   void sort_into_tiles(std::uint64_t most) {
-    Spill spill(job_.folder / "points", job_.frame.curve);
+    Spill spill(job_.folder / "points", job_.frame.curve, points_waiting(job_.memory));
     const std::uint64_t all = kept(0) + kept(1);
     int level = 0;
     while (level < 6 && (all >> (2 * level)) * 16 > most) ++level;
@@ -436,7 +441,8 @@ class PassingFolder {
 }  // namespace
 
 Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
-                            const JobLimits& limits, const LookAtCells& look, const Context& context) {
+                            const JobLimits& limits, const LookAtCells& look, Run& run) {
+  const Context& context = run.context();
   const PassingFolder folder;
   const Job job = plan_job(a, b, options, {}, limits, BrokenFiles::refused, folder.path(), context);
   Context quiet = context;
@@ -451,7 +457,7 @@ Comparison compare_in_tiles(const std::string& a, const std::string& b, const Co
   }
   context.step("joining tiles", 0);
   check_inputs(job);
-  return reduce_job(job, options, false, look, context);
+  return reduce_job(job, options, false, look, run);
 }
 
 }  // namespace isopach::cli
