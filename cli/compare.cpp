@@ -345,7 +345,7 @@ int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<
   std::unique_ptr<OutputFolder> folder;
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
   answer->comparison = compare_in_tiles(request.path_a, request.path_b, request.options, limits,
-                                        answer->look(request.delivery, run.context()), run.context());
+                                        answer->look(request.delivery, run.context()), run);
   return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 

@@ -295,8 +295,8 @@ int reduce(const Arguments& arguments) {
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(asked.tolerances);
   JoinedNodes nodes;
-  answer->comparison = reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()),
-                                  run.context(), points ? &nodes : nullptr);
+  answer->comparison = reduce_job(job, asked.request.options, allow_missing, answer->look(delivery, run.context()), run,
+                                  points ? &nodes : nullptr);
   if (points) write_point_fields(job, asked.request.options, nodes, *output, run.context());
   return finish(std::move(answer), delivery, output.get(), run);
 }

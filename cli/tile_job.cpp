@@ -38,6 +38,17 @@ std::uint64_t memory_of_tile(std::uint64_t points) {
   return bytes_at_least + static_cast<std::uint64_t>(bytes_a_point * static_cast<double>(points));
 }
 
+/// Of the points that are sorted: an eighth of the memory, within reason.
+std::size_t points_waiting(std::uint64_t memory) {
+  return std::clamp<std::size_t>(static_cast<std::size_t>(memory / 8 / sizeof(Point3)), 2'000'000, 40'000'000);
+}
+
+/// A pipe, or what else can be read once alone.
+bool is_stream(const std::string& path) {
+  std::error_code error;
+  return fs::exists(path, error) && !fs::is_regular_file(path, error);
+}
+
 /// Two looks at the files of both scans.
 class Planner {
  public:
@@ -80,7 +91,7 @@ class Planner {
   }
 
   void sort_into_tiles(std::uint64_t most) {
-    Spill spill(job_.folder / "points", job_.frame.curve);
+    Spill spill(job_.folder / "points", job_.frame.curve, points_waiting(job_.memory));
     const std::uint64_t all = kept(0) + kept(1);
     int level = 0;
     while (level < 6 && (all >> (2 * level)) * 16 > most) ++level;
@@ -119,6 +130,8 @@ class Planner {
   [[nodiscard]] FileLook look_at(std::size_t k, const std::string& path) const {
     FileLook found;
     const FileSummary stamp = summarise(path, wanted_, context_);
+    if (is_stream(path))
+      throw InputError(path + ": it can be read once alone, and tiles take two looks: write it to a file");
     found.stamp = {path, stamp.bytes, stamp.modified_ns};
     found.about = for_each_block(path, wanted_, context_, [&](const Cloud& block) {
       found.extent.add(extent_of(block, pose_of(k), options_.project));
@@ -408,6 +421,7 @@ std::optional<std::uint64_t> points_stated(const std::string& a, const std::stri
   std::uint64_t points = 0;
   for (const std::string& word : {a, b})
     for (const std::string& path : files_of(word)) {
+      if (is_stream(path)) return std::nullopt;
       const FileSummary summary = summarise(path, read_options(options.project), context);
       if (!summary.points) return std::nullopt;
       points += *summary.points;
@@ -436,7 +450,8 @@ class PassingFolder {
 }  // namespace
 
 Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
-                            const JobLimits& limits, const LookAtCells& look, const Context& context) {
+                            const JobLimits& limits, const LookAtCells& look, Run& run) {
+  const Context& context = run.context();
   const PassingFolder folder;
   const Job job = plan_job(a, b, options, {}, limits, BrokenFiles::refused, folder.path(), context);
   Context quiet = context;
@@ -451,7 +466,7 @@ Comparison compare_in_tiles(const std::string& a, const std::string& b, const Co
   }
   context.step("joining tiles", 0);
   check_inputs(job);
-  return reduce_job(job, options, false, look, context);
+  return reduce_job(job, options, false, look, run);
 }
 
 }  // namespace isopach::cli

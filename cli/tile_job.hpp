@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/command.hpp"
 #include "cli/tile_points.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/context.hpp"
@@ -123,9 +124,10 @@ struct JoinedNodes {
 };
 
 /// All that the tiles found as one comparison; its cells are those that tiles left open. InputError if tiles are
-/// missing or files were left out, unless `allow_missing`: then all other points are compared, and warnings say so.
+/// missing or files were left out, unless `allow_missing`: then all other points are compared, and warnings say so;
+/// also if joining them would take more memory than there is. Says on stderr if it takes more than the job allows.
 [[nodiscard]] Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing,
-                                    const LookAtCells& look, const Context& context, JoinedNodes* nodes = nullptr);
+                                    const LookAtCells& look, Run& run, JoinedNodes* nodes = nullptr);
 
 /// What of the points of both scans is known without reading them; nothing where one of their files does not say.
 [[nodiscard]] std::optional<std::uint64_t> points_stated(const std::string& a, const std::string& b,
@@ -133,6 +135,6 @@ struct JoinedNodes {
 
 /// All steps on this machine, in a folder that is removed at the end, however that comes.
 [[nodiscard]] Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
-                                          const JobLimits& limits, const LookAtCells& look, const Context& context);
+                                          const JobLimits& limits, const LookAtCells& look, Run& run);
 
 }  // namespace isopach::cli

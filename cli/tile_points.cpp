@@ -54,9 +54,7 @@ void Spill::begin(const TileSquare& within, int deeper) {
   first_ = level_ == 0 ? 0 : within.prefix << (2 * deeper);
   buckets_.assign(std::size_t{1} << (2 * deeper), {});
   for (auto& of_scan : waiting_) of_scan.assign(buckets_.size(), {});
-  // All buffers together: a fixed part of memory.
-  constexpr std::size_t most_waiting = 2'000'000;  // points
-  run_ = std::clamp<std::size_t>(most_waiting / (2 * buckets_.size()), 64, 65536);
+  run_ = std::clamp<std::size_t>(most_waiting_ / (2 * buckets_.size()), 64, 65536);
 }
 
 void Spill::add(std::size_t scan, std::span<const Point3> points) {

@@ -38,8 +38,8 @@ class PlacedFile {
 
 [[nodiscard]] Array<Point3> read_runs(const PlacedFile& file, const std::vector<PointRun>& runs);
 
-/// Points sorted into squares of the curve as they come, in one file: runs of a few thousand. Buffers take a fixed part
-/// of memory, however many squares there are.
+/// Points sorted into squares of the curve as they come, in one file: in runs, which are the longer the more points may
+/// wait in memory, however many squares there are.
 class Spill {
  public:
   struct Bucket {
@@ -47,7 +47,9 @@ class Spill {
     std::array<std::vector<PointRun>, 2> runs;  ///< of A, of B
   };
 
-  Spill(const std::filesystem::path& path, const CurveBox& box) : file_(path.string()), box_(box) {}
+  /// `waiting`: points that are held in memory at a time, about.
+  Spill(const std::filesystem::path& path, const CurveBox& box, std::size_t waiting)
+      : file_(path.string()), box_(box), most_waiting_(waiting) {}
 
   /// Points that lie in the square at hand, into the squares `deeper` levels below it.
   void begin(const TileSquare& within, int deeper);
@@ -61,6 +63,7 @@ class Spill {
 
   OutputFile file_;
   const CurveBox& box_;
+  std::size_t most_waiting_;
   int level_ = 0;
   std::uint64_t first_ = 0, written_ = 0;
   std::size_t run_ = 0;

@@ -5,11 +5,13 @@
 #include <memory>
 #include <utility>
 
+#include "cli/command.hpp"
 #include "cli/compare_request.hpp"
 #include "cli/session.hpp"
 #include "cli/tile_files.hpp"
 #include "cli/tile_job.hpp"
 #include "isopach/base/error.hpp"
+#include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/tiles/join.hpp"
@@ -30,8 +32,8 @@ InputSummary summary_of(const JobScan& scan, const char* role, const Cleaning& o
 
 class Reducer {
  public:
-  Reducer(const Job& job, const CompareOptions& options, const Context& context)
-      : job_(job), options_(options), context_(context) {}
+  Reducer(const Job& job, const CompareOptions& options, Run& run)
+      : job_(job), options_(options), run_(run), context_(run.context()) {}
 
   Comparison run(bool allow_missing, const LookAtCells& look, JoinedNodes* nodes) {
     if (!allow_missing) refuse_broken_files();
@@ -53,6 +55,7 @@ class Reducer {
       first_node += tiles.parts.back().nodes;
       context_.step("reading parts", static_cast<double>(tiles.parts.size()) / static_cast<double>(done.size()));
     }
+    require_memory(done);
     describe(tiles.parts, done, c);
     if (nodes != nullptr) nodes->tiles = done, tiles.heights = &nodes->heights;
     if (look) tiles.look = [&](const PartedCells& all) { look(all, c); };
@@ -77,6 +80,23 @@ class Reducer {
                       "compare the points of the others alone (--allow-missing)",
                       job_.folder.string(), missing, job_.tiles.size(), first, job_.folder.string()));
     return done;
+  }
+
+  /// Before the nodes that were passed up are triangulated.
+  void require_memory(const std::vector<std::size_t>& done) const {
+    std::uintmax_t bytes = 0;
+    for (const std::size_t k : done) bytes += fs::file_size(job_.tile_file(k, "part"));
+    constexpr double of_program = 130e6, for_each_byte = 2.4;
+    const auto needed = static_cast<std::uint64_t>(of_program + for_each_byte * static_cast<double>(bytes));
+    if (needed > usable_memory())
+      throw InputError(
+          fmt::format("{}: joining its tiles takes about {}, and this machine has {}: reduce it on one with more "
+                      "memory, or plan it "
+                      "with larger tiles (--max-memory), which pass up less",
+                      job_.folder.string(), bytes_in_words(needed), bytes_in_words(usable_memory())));
+    if (job_.memory > 0 && needed > job_.memory)
+      run_.warn(fmt::format("joining the tiles takes about {}, more than --max-memory {}", bytes_in_words(needed),
+                            bytes_in_words(job_.memory)));
   }
 
   void refuse_broken_files() const {
@@ -141,15 +161,16 @@ class Reducer {
 
   const Job& job_;
   const CompareOptions& options_;
+  Run& run_;
   const Context& context_;
 };
 
 }  // namespace
 
 Comparison reduce_job(const Job& job, const CompareOptions& options, bool allow_missing, const LookAtCells& look,
-                      const Context& context, JoinedNodes* nodes) {
+                      Run& run, JoinedNodes* nodes) {
   try {
-    return Reducer(job, options, context).run(allow_missing, look, nodes);
+    return Reducer(job, options, run).run(allow_missing, look, nodes);
   } catch (const OverlapError&) {  // it speaks of the scans, which the words of this run may not name
     session().scan_words = {job.scan[0].name, job.scan[1].name};
     throw;

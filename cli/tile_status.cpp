@@ -184,7 +184,8 @@ void write_layer(const JobStatus& status, const Job& job, const std::string& pat
     throw UsageError("--tiles: it is in x and y, so it goes with jobs of --direction z alone");
   need_vector_writer(format, path);
   write_vectors(path, status.layer(), format, status.crs());
-  write_text_atomically(fs::path(path).replace_extension(".qml").string(), tile_states_style());
+  const fs::path style = fs::path(path).replace_extension(".qml");
+  if (!fs::exists(style)) write_text_atomically(style.string(), tile_states_style());  // one may have been changed
 }
 
 }  // namespace
@@ -203,7 +204,7 @@ int tile_status(const Arguments& arguments) {
       .option(
           "--tiles", "FILE", layer,
           "The tiles as polygons, with their state: FILE.geojson, FILE.gpkg or FILE.fgb, and a style for QGIS beside "
-          "it")
+          "it unless there is one")
       .check(not_empty());
   add_run_options(command, options);
   if (!command.parse(arguments)) return 0;

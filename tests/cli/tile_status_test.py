@@ -101,6 +101,14 @@ class BrokenFiles(Job):
             self.write(f"parts/{name}.ply", head + [f"property double {axis}" for axis in "xyz"] + ["end_header", "1 2 3"])
         self.fails(3, "tile", "plan", "a.xyz", "parts/*.ply", "-o", "job", says=["3.ply", "4.ply"])
 
+    def test_what_can_be_read_once_is_refused(self):
+        for words in (["tile", "plan", "a.xyz", "pipe.xyz", "-o", "job"], ["compare", "a.xyz", "pipe.xyz", "--max-memory", "400M"]):
+            os.mkfifo(self.path("pipe.xyz"))
+            feed = subprocess.Popen(["cp", "a.xyz", "pipe.xyz"], cwd=self.folder)
+            self.fails(3, *words, says=["pipe.xyz", "once", "write it to a file"])
+            feed.wait()
+            self.path("pipe.xyz").unlink()
+
     @unittest.skipUnless(os.path.exists(LIBRARY), "the library of tests/faults is not built (ISOPACH_FAULTS)")
     def test_no_failure_leaves_half_of_a_file(self):
         """Every open and every read fails once: a file is whole in the job, or out of it and named, or there is no job."""
@@ -294,6 +302,9 @@ class Layer(Job):
         style = self.path("tiles.qml").read_text()
         for state in ("done", "failed", "missing"):
             self.assertIn(f"'{state}'", style)
+        self.path("tiles.qml").write_text("mine")
+        self.layer()
+        self.assertEqual(self.path("tiles.qml").read_text(), "mine")
 
     def test_formats(self):
         for ending in ("gpkg", "fgb"):

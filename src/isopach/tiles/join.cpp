@@ -36,6 +36,12 @@ class TriangleTable {
   std::vector<Row> rows_;
 };
 
+/// Gives the memory of arrays back that are not asked for again.
+template <class... T>
+void release(Array<T>&... arrays) {
+  (Array<T>().swap(arrays), ...);
+}
+
 /// A triangle of the nodes passed up: one of the whole that a tile has found, one of the whole that none could find, or
 /// none, where tiles kept the nodes in between to themselves.
 enum class Origin : unsigned char { tile, here, nowhere };
@@ -132,7 +138,7 @@ class Joiner {
     spreads_[k].is_raster = tiles_.is_raster[k];
     std::size_t first_in_t = 0;
     for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
-      const ScanPart& part = tiles_.parts[tile].scan[k];
+      ScanPart& part = tiles_.parts[tile].scan[k];
       first_[k].push_back(static_cast<Index>(field.xy.size()));
       field.xy.insert(field.xy.end(), part.xy.begin(), part.xy.end());
       field.z.insert(field.z.end(), part.z.begin(), part.z.end());
@@ -146,7 +152,9 @@ class Joiner {
       for (const Index node : part.in_t) number_[k].push_back(first_in_t + node);
       first_in_t += tiles_.parts[tile].nodes;
       pair_.scan[k].asked.kept_elsewhere.add(part.border_area);
+      release(part.xy, part.z, part.spread, part.in_t, part.asked);
     }
+    first_[k].push_back(static_cast<Index>(field.xy.size()));
     field.keys.resize(field.xy.size());
     for_each_index(field.xy.size(), [&](std::size_t i) { field.keys[i] = curve_key(pair_.frame.curve, field.xy[i]); });
   }
@@ -163,12 +171,13 @@ class Joiner {
     Scan& scan = pair_.scan[k];
     TriangleTable table;
     for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
-      const ScanPart& part = tiles_.parts[tile].scan[k];
+      ScanPart& part = tiles_.parts[tile].scan[k];
       const Index first = first_[k][tile];
       for (std::size_t i = 0; i < part.certified.size(); ++i) {
         const Corners& v = part.certified[i];
         table.add({v[0] + first, v[1] + first, v[2] + first}, part.known[i]);
       }
+      release(part.certified, part.known);
     }
     table.close();
     Asked& asked = scan.asked;
@@ -250,14 +259,15 @@ class Joiner {
     }
     TriangleTable open;
     for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
-      const Part& part = tiles_.parts[tile];
-      const auto of_a = static_cast<Index>(part.scan[0].xy.size());
+      Part& part = tiles_.parts[tile];
+      const Index of_a = first_[0][tile + 1] - first_[0][tile];
       for (const Corners& v : part.open) {
         Corners corners{};
         for (std::size_t c = 0; c < 3; ++c)
           corners[c] = v[c] < of_a ? in_t[0][first_[0][tile] + v[c]] : in_t[1][first_[1][tile] + v[c] - of_a];
         open.add(from_first_corner(corners), 0);
       }
+      release(part.open);
       cells_ += part.cells, joining_ += part.joining;
     }
     open.close();
@@ -281,7 +291,7 @@ class Joiner {
   stages::Clock clock_;
   Pair pair_;
   stages::MergedSpreads spreads_;
-  std::array<std::vector<Index>, 2> first_;         // by tile: its first node
+  std::array<std::vector<Index>, 2> first_;         // by tile: its first node; and their number
   std::array<std::vector<Index>, 2> tile_of_;       // by node
   std::array<std::vector<std::size_t>, 2> number_;  // by node: on the curve, among all nodes of T
   std::array<std::uint64_t, 2> found_here_{};       // triangles of the whole that no tile found
