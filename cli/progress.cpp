@@ -1,6 +1,7 @@
 #include "cli/progress.hpp"
 
 #include <fmt/core.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -18,6 +19,12 @@ constexpr double redraw_s = 0.1;
 constexpr int bar_cells = 30;
 
 double seconds(std::chrono::steady_clock::duration d) { return std::chrono::duration<double>(d).count(); }
+
+/// Of the terminal; many where none tells.
+std::size_t columns() {
+  winsize size{};
+  return ::ioctl(STDERR_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_col > 1 ? size.ws_col : 1000;
+}
 
 }  // namespace
 
@@ -51,6 +58,7 @@ void Progress::draw(double fraction) {
   const auto full = static_cast<std::size_t>(std::lround(fraction * bar_cells));
   std::string line = fmt::format("[{}{}] {:3.0f} %  {}", std::string(full, '#'), std::string(bar_cells - full, '.'),
                                  100 * fraction, stage_);
+  line.resize(std::min(line.size(), columns() - 1));  // a longer one would leave its beginning on the line above
   const std::size_t width = line.size();
   if (width < width_) line.append(width_ - width, ' ');
   write_message("\r" + line);

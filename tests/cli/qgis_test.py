@@ -41,11 +41,15 @@ class Qgis(CliTest):
         if python is None:
             self.skipTest("QGIS for Python is not installed (python3-qgis): styles are not loaded")
         self.scans()
+        self.run_cli("tile", "plan", "a.xyz", "b.xyz", "-o", "job", "--tile-points", "150")
+        self.run_cli("tile", "run", "job", "--index", "0,2")
+        self.path("job/tiles/000001.failed").write_text("no memory\n")
         for kind in ("geojson", "gpkg", "fgb"):
             with self.subTest(kind=kind):
                 self.run_cli("compare", "a.xyz", "b.xyz", "-o", "out", "--no-map", "--lod", "0.3", "--changes", "--contours", "0.25",
                              "--outlines", "--raster", "1", "--vectors", kind)
-                names = [f"{name}.{kind}" for name in ("contours", "changes", "outlines")] + ["difference.tif"]
+                self.run_cli("tile", "status", "job", "--tiles", f"out/tiles.{kind}")
+                names = [f"{name}.{kind}" for name in ("contours", "changes", "outlines", "tiles")] + ["difference.tif"]
                 run = subprocess.run([python, "-c", LOAD, *names], cwd=self.path("out"), capture_output=True, text=True, timeout=120,
                                      env={**os.environ, "QT_QPA_PLATFORM": "offscreen", "HOME": str(self.folder)})
                 self.assertEqual(run.returncode, 0, run.stderr)

@@ -1,12 +1,15 @@
 """What a job in tiles tells: files that cannot be read, time and memory of each tile, the tiles as a layer, and spots that no
 tile can part."""
 
+import fcntl
 import json
 import os
+import pty
 import random
 import shutil
 import struct
 import subprocess
+import termios
 import unittest
 
 from support import BIN, CliTest, points
@@ -232,6 +235,29 @@ class Records(Job):
         shutil.rmtree(self.path("job"))
         self.plan("--tile-points", "1000")
         self.assertEqual(self.run_cli("tile", "run", "job").stderr, "")  # no terminal
+
+    def test_progress_stays_on_one_line_of_the_terminal(self):
+        self.plan("--tile-points", "300")
+        terminal, program = pty.openpty()
+        fcntl.ioctl(program, termios.TIOCSWINSZ, struct.pack("4H", 20, 50, 0, 0))
+        run = subprocess.Popen([BIN, "tile", "run", "job", "--progress", "bar"], cwd=self.folder, stderr=program,
+                               stdout=subprocess.DEVNULL)
+        os.close(program)
+        said = b""
+        while True:
+            try:
+                part = os.read(terminal, 4096)
+            except OSError:  # Linux: the other end is closed
+                break
+            if not part:
+                break
+            said += part
+        os.close(terminal)
+        self.assertEqual(run.wait(), 0)
+        lines = said.decode().split("\r")
+        self.assertTrue(any("tile 0, 1 of" in line for line in lines), lines[:3])
+        self.assertEqual(max(map(len, lines)), 49)
+        self.assertNotIn("\n", said.decode())
 
     def test_a_failure_has_its_first_line(self):
         self.plan("--tile-points", "2000")
