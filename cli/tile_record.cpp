@@ -105,9 +105,9 @@ void TileProgress::end(std::size_t k) { points_done_ += job_.tiles[k].square.all
 std::string pace_in_words(std::uint64_t points_done, double seconds, std::uint64_t points_left) {
   if (points_done == 0 || !(seconds > 0)) return "";
   const double rate = static_cast<double>(points_done) / seconds;
-  std::string pace = fmt::format("{:.0f} points/s", rate);
-  if (points_left > 0) pace += fmt::format(", {} left", duration_in_words(static_cast<double>(points_left) / rate));
-  return pace;
+  std::string left;  // first: a narrow terminal cuts the end
+  if (points_left > 0) left = duration_in_words(static_cast<double>(points_left) / rate) + " left, ";
+  return left + fmt::format("{:.0f} points/s", rate);
 }
 
 }  // namespace isopach::cli

@@ -51,7 +51,7 @@ class TileProgress {
   std::uint64_t points_ = 0, points_done_ = 0;
 };
 
-/// "85000 points/s, 12 min left"; empty before anything is known.
+/// "12 min left, 85000 points/s"; empty before anything is known.
 [[nodiscard]] std::string pace_in_words(std::uint64_t points_done, double seconds, std::uint64_t points_left);
 
 }  // namespace isopach::cli

@@ -51,7 +51,7 @@ class JobStatus {
     if (count(State::failed) > 0) out += fmt::format(", {} failed", count(State::failed));
     out += fmt::format(", {} of {} points\n", points_done_, points_);
     if (const std::string pace = pace_in_words(points_timed_, seconds_, points_ - points_done_); !pace.empty())
-      out += pace + (points_done_ < points_ ? " for one run at a time\n" : " in one run\n");
+      out += pace + " in one run at a time\n";
     if (peak_)
       out += fmt::format("largest memory of a tile {}{}\n", bytes_in_words(*peak_),
                          job_.memory > 0 ? ", allowed " + bytes_in_words(job_.memory) : "");
