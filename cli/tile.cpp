@@ -7,7 +7,6 @@
 #include <charconv>
 #include <filesystem>
 #include <memory>
-#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "cli/answer.hpp"
@@ -16,11 +15,11 @@
 #include "cli/output.hpp"
 #include "cli/session.hpp"
 #include "cli/tile_job.hpp"
+#include "cli/tile_steps.hpp"
 #include "cli/verbs.hpp"
 #include "isopach/base/error.hpp"
 #include "isopach/base/memory.hpp"
 #include "isopach/base/option_key.hpp"
-#include "isopach/io/input_file.hpp"
 #include "isopach/io/output_file.hpp"
 #include "isopach/report/layers.hpp"
 #include "isopach/report/page/text.hpp"
@@ -62,10 +61,6 @@ constexpr const char* overview =
     "  isopach tile script job --engine slurm > job.sh && sbatch job.sh\n"
     "\n"
     "isopach tile <step> --help explains one step. On one machine, compare --max-memory SIZE does all of them.\n";
-
-constexpr const char* codes =
-    "Exit codes: 0 done, 2 wrong usage, 3 input cannot be read or tiles are missing, 4 no overlap, 6 --fail-above\n"
-    "exceeded, 130 interrupted.";
 
 /// Of a job, as its words say. They were checked when it was planned.
 struct JobOptions {
@@ -120,7 +115,7 @@ int plan(const Arguments& arguments) {
       "tile plan",
       "Looks at both scans twice, block by block, and sorts their points into tiles: squares of a quadtree\n"
       "that hold few enough points each.\nA and B: files, folders, patterns, lists, catalogues.\n",
-      codes);
+      step_codes);
   command.positional("A", request.path_a, "Reference scan, or the one before: a file or a set of files");
   command.positional("B", request.path_b, "Compared scan, or the one after");
   command.heading("Job");
@@ -206,7 +201,7 @@ int run_tiles(const Arguments& arguments) {
       "tile run",
       "Does tiles of a job, those that are not done: all of them, or those that are named. May be killed and\n"
       "run again at any time; several may run at once, on one machine or on many that share the folder.\n",
-      codes);
+      step_codes);
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Tiles");
   command.option("--index", "K[-L][,…]", index, "These tiles alone, e.g. 7 or 0-99 (default: all)").check(not_empty());
@@ -233,64 +228,6 @@ int run_tiles(const Arguments& arguments) {
   return 0;
 }
 
-// --- status ----------------------------------------------------------------------------------------------------------
-
-std::string first_line_of(const fs::path& path) {
-  std::error_code error;
-  if (!fs::is_regular_file(path, error)) return {};
-  const Context nobody_stops;
-  InputFile file(path.string(), nobody_stops);
-  const std::span<const char> bytes = file.bytes();
-  const std::string text(bytes.begin(), bytes.end());
-  return text.substr(0, text.find('\n'));
-}
-
-int status(const Arguments& arguments) {
-  std::string folder, json;
-  RunOptions options;
-  Command command("tile status", "What of a job is done, and what failed.\n", codes);
-  command.positional("JOB", folder, "Folder of the job");
-  command.heading("Output");
-  command.option("--json", "FILE", json, "The state of every tile as JSON to FILE; - prints it, and nothing else")
-      .check(not_empty());
-  add_run_options(command, options);
-  if (!command.parse(arguments)) return 0;
-  Run run(options);
-  const Job job = read_job(folder, run.context());
-  std::uint64_t points = 0, points_done = 0;
-  std::size_t done = 0;
-  std::string failures;
-  nlohmann::ordered_json tiles = nlohmann::ordered_json::array();
-  for (std::size_t k = 0; k < job.tiles.size(); ++k) {
-    const bool is_done = job.is_done(k);
-    const std::string why = is_done ? "" : first_line_of(job.tile_file(k, "failed"));
-    const std::uint64_t count = job.tiles[k].square.all();
-    points += count, points_done += is_done ? count : 0, done += is_done ? 1 : 0;
-    if (!why.empty()) failures += fmt::format("tile {} failed: {}\n", k, for_shell(why));
-    tiles.push_back({{"index", k},
-                     {"state", is_done       ? "done"
-                               : why.empty() ? "missing"
-                                             : "failed"},
-                     {"points", count},
-                     {"why", why.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(for_shell(why))}});
-  }
-  if (!json.empty()) {
-    const nlohmann::ordered_json all{{"schema", "isopach.tile-status/1"},
-                                     {"tiles", job.tiles.size()},
-                                     {"done", done},
-                                     {"points", points},
-                                     {"points_done", points_done},
-                                     {"each", tiles}};
-    write_json(json, all.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n", run);
-  }
-  if (json != "-")
-    run.show(fmt::format("{} of {} tiles done, {} of {} points\n{}{}", done, job.tiles.size(), points_done, points,
-                         failures,
-                         done == job.tiles.size() ? fmt::format("now: isopach tile reduce {}\n", folder)
-                                                  : fmt::format("now: isopach tile run {} --missing\n", folder)));
-  return 0;
-}
-
 // --- reduce ----------------------------------------------------------------------------------------------------------
 
 int reduce(const Arguments& arguments) {
@@ -298,7 +235,7 @@ int reduce(const Arguments& arguments) {
   bool allow_missing = false;
   Delivery delivery;
   RunOptions options;
-  Command command("tile reduce", "Joins the tiles of a job to the result of the whole.\n", codes);
+  Command command("tile reduce", "Joins the tiles of a job to the result of the whole.\n", step_codes);
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Output");
   add_result_options(command, delivery, "Folder for result.json and histogram.csv; made if it is not there");
@@ -336,7 +273,7 @@ int script(const Arguments& arguments) {
   RunOptions options;
   Command command("tile script",
                   "Prints a script that runs the tiles of a job by an engine that people have; nothing is submitted.\n",
-                  codes);
+                  step_codes);
   command.positional("JOB", folder, "Folder of the job, which all machines see under this path");
   command.heading("Script");
   command.choice<Engine>("--engine", engine,
@@ -444,7 +381,7 @@ void TiledAnswer::require() const {
 
 int run_tile_verb(const Arguments& arguments) {
   static const std::vector<std::pair<std::string, int (*)(const Arguments&)>> steps{
-      {"plan", plan}, {"run", run_tiles}, {"status", status}, {"reduce", reduce}, {"script", script}};
+      {"plan", plan}, {"run", run_tiles}, {"status", tile_status}, {"reduce", reduce}, {"script", script}};
   if (arguments.empty())
     throw UsageError("tile: give a step: plan, run, status, reduce or script (isopach tile --help)");
   const std::string& word = arguments.front();
