@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <filesystem>
 #include <memory>
 #include <utility>
 
@@ -27,7 +26,6 @@
 
 namespace isopach::cli {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr const char* overview =
     "A comparison in tiles: of scans that do not fit into memory, on one machine or on many. The result is that of\n"
@@ -263,64 +261,6 @@ int reduce(const Arguments& arguments) {
   return finish(std::move(answer), delivery, output.get(), run);
 }
 
-// --- script ----------------------------------------------------------------------------------------------------------
-
-int script(const Arguments& arguments) {
-  enum class Engine { slurm, parallel, snakemake };
-  std::string folder, program = "isopach";
-  Engine engine = Engine::slurm;
-  std::size_t each = 1;
-  RunOptions options;
-  Command command("tile script",
-                  "Prints a script that runs the tiles of a job by an engine that people have; nothing is submitted.\n",
-                  step_codes);
-  command.positional("JOB", folder, "Folder of the job, which all machines see under this path");
-  command.heading("Script");
-  command.choice<Engine>("--engine", engine,
-                         {{"slurm", Engine::slurm}, {"parallel", Engine::parallel}, {"snakemake", Engine::snakemake}},
-                         "slurm: an array of jobs, for sbatch; parallel: GNU parallel, for sh; snakemake: a Snakefile");
-  command.option("--tiles-each", "N", each, "Tiles of one job of the engine").check(whole_number(1)).show_default();
-  command.option("--program", "PATH", program, "The isopach program on the machines that run it")
-      .check(not_empty())
-      .show_default();
-  add_run_options(command, options);
-  if (!command.parse(arguments)) return 0;
-  Run run(options);
-  const Job job = read_job(folder, run.context());
-  const std::size_t n = job.tiles.size(), jobs = (n + each - 1) / each;
-  const std::string path = fs::absolute(folder).lexically_normal().string();
-  if (path.find_first_of("'\n\r") != std::string::npos || program.find_first_of("'\n\r") != std::string::npos)
-    throw UsageError("JOB: a script cannot quote a path with an apostrophe or a line break: rename the folder");
-  const std::string index = "$(( i * " + std::to_string(each) + " ))-$(( last < " + std::to_string(n) +
-                            " - 1 ? last : " + std::to_string(n) + " - 1 ))";
-  const std::string body = fmt::format("last=$(( (i + 1) * {} - 1 ))\nexec '{}' tile run '{}' --index \"{}\" --quiet\n",
-                                       each, program, path, index);
-  switch (engine) {
-    case Engine::slurm:
-      run.print(
-          fmt::format("#!/bin/sh\n#SBATCH --job-name=isopach\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task=2\n"
-                      "# then: isopach tile reduce '{}' -o RESULT\ni=$SLURM_ARRAY_TASK_ID\n{}",
-                      jobs - 1, path, body));
-      break;
-    case Engine::parallel:
-      run.print(
-          fmt::format("#!/bin/sh\nset -eu\nseq 0 {} | parallel --halt soon,fail=1 \"'{}' tile run '{}' --index "
-                      "{{}} --quiet --threads 1\"\n'{}' tile reduce '{}' -o \"${{1:-result}}\"\n",
-                      n - 1, program, path, program, path));
-      break;
-    case Engine::snakemake:
-      run.print(fmt::format(
-          "TILES = [f\"{{k:06d}}\" for k in range({})]\nJOB = '{}'\n\n"
-          "rule result:\n    input: expand(JOB + \"/tiles/{{k}}.part\", k=TILES)\n    output: \"result/result.json\"\n"
-          "    shell: \"'{}' tile reduce '{}' -o result\"\n\n"
-          "rule tile:\n    output: JOB + \"/tiles/{{k}}.part\"\n    threads: 2\n"
-          "    shell: \"'{}' tile run '{}' --index $((10#{{wildcards.k}})) --quiet --threads {{threads}}\"\n",
-          n, path, program, path, program, path));
-      break;
-  }
-  return 0;
-}
-
 }  // namespace
 
 std::string TiledAnswer::json(const std::vector<std::string>& outputs) const {
@@ -381,7 +321,7 @@ void TiledAnswer::require() const {
 
 int run_tile_verb(const Arguments& arguments) {
   static const std::vector<std::pair<std::string, int (*)(const Arguments&)>> steps{
-      {"plan", plan}, {"run", run_tiles}, {"status", tile_status}, {"reduce", reduce}, {"script", script}};
+      {"plan", plan}, {"run", run_tiles}, {"status", tile_status}, {"reduce", reduce}, {"script", tile_script}};
   if (arguments.empty())
     throw UsageError("tile: give a step: plan, run, status, reduce or script (isopach tile --help)");
   const std::string& word = arguments.front();
