@@ -51,6 +51,7 @@ constexpr const char* overview =
     "  --raster STEP         reduce: also difference.tif\n"
     "  --engine NAME         script: slurm, parallel or snakemake\n"
     "  --tiles-each N        script: tiles of one job of the engine\n"
+    "  --at-once N           script: most jobs of the engine at a time\n"
     "  --program PATH        script: the isopach program on the machines that run it\n"
     "\n"
     "Examples:\n"

@@ -213,6 +213,10 @@ std::uint64_t most_points(const JobLimits& limits) {
   return static_cast<std::uint64_t>(static_cast<double>(memory - bytes_at_least) / bytes_a_point);
 }
 
+std::uint64_t memory_of_tile(std::uint64_t points) {
+  return bytes_at_least + static_cast<std::uint64_t>(bytes_a_point * static_cast<double>(points));
+}
+
 std::uint64_t memory_of_comparison(std::uint64_t points) {
   return bytes_at_least / 4 + static_cast<std::uint64_t>(bytes_a_point_whole * static_cast<double>(points));
 }
