@@ -68,7 +68,7 @@ std::string slurm_script(const ScriptPlan& plan) {
       "# Submitted again, it does what is missing. Tiles, and then the result:\n"
       "# sbatch --mem=0 --kill-on-invalid-dep=yes --dependency=afterok:$(sbatch --parsable job.sh) --wrap={}\n"
       "i=$SLURM_ARRAY_TASK_ID\n"
-      "exec {} tile run {} --index \"{}\" --quiet --threads \"${{SLURM_CPUS_PER_TASK:-2}}\"\n",
+      "exec {} tile run {} --index \"{}\" --threads \"${{SLURM_CPUS_PER_TASK:-2}}\"\n",
       plan.last_call(), plan.at_once > 0 ? fmt::format("%{}", plan.at_once) : "", plan.megabytes,
       quoted(reduce_line(plan) + " -o result"), quoted(plan.program), quoted(plan.folder), index_of_call(plan, "$i"));
 }
