@@ -172,6 +172,12 @@ std::vector<std::size_t> tiles_of(const std::string& text, std::size_t tiles) {
   return all;
 }
 
+/// A disk that takes no more fails every tile.
+bool ends_all_tiles(const std::exception& e) {
+  const auto* error = dynamic_cast<const Error*>(&e);
+  return error != nullptr && error->code() == ExitCode::internal;
+}
+
 /// Does the tiles that are named and not done; gives how many failed.
 std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, const CompareOptions& options, Run& run) {
   std::size_t failed = 0, done = 0;
@@ -184,7 +190,7 @@ std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, cons
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {
-      if (tiles.size() == 1) throw;
+      if (tiles.size() == 1 || ends_all_tiles(e)) throw;
       ++failed;
       run.say(fmt::format("tile {}: {}", k, for_shell(e.what())));
     }
@@ -216,6 +222,7 @@ int run_tiles(const Arguments& arguments) {
   if (!index.empty()) {
     tiles = tiles_of(index, job.tiles.size());
   } else {
+    sweep_unfinished_files((job.folder / "tiles").string(), "");
     for (std::size_t k = 0; k < job.tiles.size(); ++k)
       if (!job.is_done(k)) tiles.push_back(k);
   }
@@ -251,6 +258,7 @@ int reduce(const Arguments& arguments) {
   Run run(options);
   const Job job = read_job(folder, run.context());
   check_inputs(job);
+  sweep_unfinished_files((job.folder / "tiles").string(), "");
   JobOptions asked(job.words);
   check_layers(delivery, asked.request.options.project);
   std::unique_ptr<OutputFolder> output;
