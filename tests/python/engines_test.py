@@ -29,6 +29,7 @@ import isopach
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 PROGRAM = os.environ.get("ISOPACH_BIN") or shutil.which("isopach") or str(ROOT / "build/release/bin/isopach")
+PAGE = ROOT / "docs/use/tiles.md"
 SNAKEMAKE = str(pathlib.Path(sys.executable).parent / "snakemake")
 IS_REQUIRED = os.environ.get("ISOPACH_ENGINES") == "all"
 
@@ -106,8 +107,19 @@ def reduced(job: isopach.tiles.Job) -> Any:
     return result
 
 
-def script(engine: str, *words: str) -> str:
-    return isopach_said("tile", "script", "job", "--engine", engine, "--program", PROGRAM, *words)
+def script(engine: str, *words: str, job: str = "job") -> str:
+    return isopach_said("tile", "script", job, "--engine", engine, "--program", PROGRAM, *words)
+
+
+def recipe(heading: str) -> str:
+    """The commands under a heading of the page, for a shell that finds the program."""
+    section = PAGE.read_text().split(f"\n### {heading}\n")[1]
+    found = re.search(r"```sh\n(.*?)```", section, re.DOTALL)
+    assert found
+    path = pathlib.Path("bin")
+    path.mkdir()
+    (path / "isopach").symlink_to(PROGRAM)
+    return f'set -e; export PATH="$PWD/bin:{pathlib.Path(sys.executable).parent}:$PATH"\n{found.group(1)}'
 
 
 def sh(command: str, **options: Any) -> None:
@@ -126,50 +138,57 @@ def cluster() -> Iterator[slurm.Cluster]:
         yield made
 
 
+def result() -> Any:
+    return told(pathlib.Path("result/result.json").read_text())
+
+
 def test_slurm(job: isopach.tiles.Job, whole: Any, cluster: slurm.Cluster, tmp_path: pathlib.Path) -> None:
-    """The array, and the result by the line that the script tells, which waits for it."""
-    pathlib.Path("job.sh").write_text(script("slurm", "--tiles-each", "4", "--at-once", "2"))
-    text = pathlib.Path("job.sh").read_text()
-    assert re.search(r"--array=0-\d+%2\n", text) and re.search(r"--mem=\d+M\n", text)
-    line = next(row for row in text.splitlines() if row.startswith("# sbatch "))
-    sh(line[2:], env=cluster.environment)
+    sh(recipe("SLURM"), env=cluster.environment)
     cluster.wait_until_idle(tmp_path)
-    assert reduced(job) == whole
-    assert told(pathlib.Path("result/result.json").read_text()) == whole
-    assert sorted(pathlib.Path.cwd().glob("slurm-*_*.out"))
+    assert reduced(job) == whole and result() == whole
+    assert len(list(tmp_path.glob("slurm-*_*.out"))) == job.status.tiles
 
 
 def test_slurm_array_that_fails_is_submitted_again(job: isopach.tiles.Job, whole: Any, cluster: slurm.Cluster,
                                                    tmp_path: pathlib.Path) -> None:
+    """Several tiles a task; submitted by the line that the script tells, of which the last part is cancelled."""
     points = pathlib.Path(job.folder, "points")
     kept = points.read_bytes()
     points.write_bytes(kept[: len(kept) // 2])
-    pathlib.Path("job.sh").write_text(script("slurm", "--tiles-each", "8"))
-    line = next(row for row in pathlib.Path("job.sh").read_text().splitlines() if row.startswith("# sbatch "))
+    text = script("slurm", "--tiles-each", "5", "--at-once", "2")
+    assert re.search(r"--array=0-3%2\n", text) and re.search(r"--mem=\d+M\n", text)
+    pathlib.Path("job.sh").write_text(text)
+    line = next(row for row in text.splitlines() if row.startswith("# sbatch "))
     sh(line[2:], env=cluster.environment)
     cluster.wait_until_idle(tmp_path)
     assert job.missing() and not pathlib.Path("result").exists()
     assert "cut short" in "".join(path.read_text() for path in pathlib.Path.cwd().glob("slurm-*_*.out"))
     points.write_bytes(kept)
-    sh("sbatch job.sh", env=cluster.environment)
+    sh(line[2:], env=cluster.environment)
     cluster.wait_until_idle(tmp_path)
-    assert reduced(job) == whole
+    assert reduced(job) == whole and result() == whole
 
 
 def test_parallel(job: isopach.tiles.Job, whole: Any) -> None:
     need(shutil.which("parallel") is not None, "GNU parallel is not installed")
-    pathlib.Path("job.sh").write_text(script("parallel", "--tiles-each", "3", "--at-once", "3"))
-    sh("sh job.sh result")
-    assert reduced(job) == whole
-    assert told(pathlib.Path("result/result.json").read_text()) == whole
+    sh(recipe("GNU parallel"))
+    assert reduced(job) == whole and result() == whole
+
+
+def test_parallel_of_several_tiles_in_a_folder_with_a_name(job: isopach.tiles.Job, whole: Any,
+                                                           tmp_path: pathlib.Path) -> None:
+    need(shutil.which("parallel") is not None, "GNU parallel is not installed")
+    name = "it's $HOME {} `x`"
+    os.rename(job.folder, tmp_path / name)
+    pathlib.Path("job.sh").write_text(script("parallel", "--tiles-each", "3", "--at-once", "3", job=name))
+    sh("sh job.sh")
+    assert reduced(isopach.tiles.Job(name)) == whole and result() == whole
 
 
 def test_snakemake(job: isopach.tiles.Job, whole: Any) -> None:
     need(os.path.exists(SNAKEMAKE), "Snakemake is not installed")
-    pathlib.Path("Snakefile").write_text(script("snakemake"))
-    sh(f"{SNAKEMAKE} --cores 2")
-    assert reduced(job) == whole
-    assert told(pathlib.Path("result/result.json").read_text()) == whole
+    sh(recipe("Snakemake"))
+    assert reduced(job) == whole and result() == whole
 
 
 # --- whatever has submit()
@@ -303,6 +322,17 @@ def test_arguments(job: isopach.tiles.Job) -> None:
         job.run(object())
 
 
+def test_python_of_the_page(tmp_path: pathlib.Path) -> None:
+    for name in ("distributed", "submitit"):
+        module(name)
+    room: dict[str, Any] = {}
+    for block in re.findall(r"```python\n(.*?)```", PAGE.read_text(), re.DOTALL):
+        exec(compile(block, str(PAGE), "exec"), room)
+    expected = told(isopach_said("compare", "2012.ply", "2019.ply", "--json", "-"))
+    for name in ("job", "by_processes", "by_dask", "by_submitit"):
+        assert reduced(isopach.tiles.Job(name)) == expected
+
+
 # --- one job, all of them
 
 
@@ -343,4 +373,4 @@ def test_one_job_by_all_of_them(job: isopach.tiles.Job, whole: Any, cluster: slu
         job.run(InTurn([client, executor, pool]))
     assert reduced(job) == whole
     sh(f"{SNAKEMAKE} --cores 2")  # nothing is done twice: the result alone is missing
-    assert told(pathlib.Path("result/result.json").read_text()) == whole
+    assert result() == whole
