@@ -47,10 +47,10 @@ class Job(CliTest):
         return subprocess.run([BIN, *words], cwd=self.folder, env=environment, capture_output=True, text=True,
                               timeout=60)
 
-    def count(self, *words, kind):
+    def count(self, *words, kind, code=0):
         """How many calls of this kind a run makes."""
         run = self.with_fault(*words, fault=f"{kind}:0", ISOPACH_FAULT_COUNT=str(self.path("count")))
-        self.assertEqual(run.returncode, 0, run.stderr)
+        self.assertEqual(run.returncode, code, run.stderr)
         return int(self.path("count").read_text())
 
 
@@ -86,6 +86,27 @@ class Killed(Job):
                 self.assertEqual(self.with_fault("tile", "run", "job", fault=f"step:{n}").returncode, -signal.SIGKILL)
                 self.run_cli("tile", "run", "job", "--missing")
                 self.check_whole()
+
+    @unittest.skipUnless(os.path.exists(LIBRARY), "the library of tests/faults is not built (ISOPACH_FAULTS)")
+    def test_before_every_step_of_a_run_that_fails(self):
+        self.plan(points="100000")
+        points = self.path("job/points")
+        kept = points.read_bytes()
+        points.write_bytes(kept[:100])
+        words = ["tile", "run", "job", "--index", "0"]
+        steps = self.count(*words, kind="step", code=3)
+        self.assertGreater(steps, 1)
+        for n in range(1, steps + 1):
+            with self.subTest(n):
+                points.write_bytes(kept[:100])
+                self.path("job/tiles/000000.failed").unlink(missing_ok=True)
+                self.assertEqual(self.with_fault(*words, fault=f"step:{n}").returncode, -signal.SIGKILL)
+                points.write_bytes(kept)
+                self.run_cli(*words)
+                self.result()  # sweeps what nobody writes any more
+                self.check_whole()
+                for name in ("part", "cells", "json"):
+                    self.path(f"job/tiles/000000.{name}").unlink(missing_ok=True)
 
     @unittest.skipUnless(os.path.exists(LIBRARY), "the library of tests/faults is not built (ISOPACH_FAULTS)")
     def test_before_every_step_of_plan(self):
