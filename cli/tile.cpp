@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <charconv>
-#include <filesystem>
 #include <memory>
 #include <utility>
 
@@ -29,7 +28,6 @@
 
 namespace isopach::cli {
 namespace {
-namespace fs = std::filesystem;
 
 constexpr const char* overview =
     "A comparison in tiles: of scans that do not fit into memory, on one machine or on many. The result is that of\n"
@@ -57,6 +55,7 @@ constexpr const char* overview =
     "  --points              reduce: also the differences at the points, as LAZ\n"
     "  --engine NAME         script: slurm, parallel or snakemake\n"
     "  --tiles-each N        script: tiles of one job of the engine\n"
+    "  --at-once N           script: most jobs of the engine at a time\n"
     "  --program PATH        script: the isopach program on the machines that run it\n"
     "\n"
     "Examples:\n"
@@ -200,6 +199,12 @@ void warn_of_memory(const Job& job, std::size_t k, Run& run) {
                   k, bytes_in_words(*took->peak_bytes), bytes_in_words(job.memory)));
 }
 
+/// A disk that takes no more fails every tile.
+bool ends_all_tiles(const std::exception& e) {
+  const auto* error = dynamic_cast<const Error*>(&e);
+  return error != nullptr && error->code() == ExitCode::internal;
+}
+
 /// Does the tiles that are named and not done; gives how many failed.
 std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, const CompareOptions& options, Run& run) {
   std::size_t failed = 0;
@@ -214,7 +219,7 @@ std::size_t do_tiles(const Job& job, const std::vector<std::size_t>& tiles, cons
     } catch (const Interrupted&) {
       throw;
     } catch (const std::exception& e) {
-      if (tiles.size() == 1) throw;
+      if (tiles.size() == 1 || ends_all_tiles(e)) throw;
       ++failed;
       run.say(fmt::format("tile {}: {}", k, for_shell(e.what())));
     }
@@ -247,6 +252,7 @@ int run_tiles(const Arguments& arguments) {
   if (!index.empty()) {
     tiles = tiles_of(index, job.tiles.size());
   } else {
+    sweep_unfinished_files((job.folder / "tiles").string(), "");
     for (std::size_t k = 0; k < job.tiles.size(); ++k)
       if (!job.is_done(k)) tiles.push_back(k);
   }
@@ -288,6 +294,7 @@ int reduce(const Arguments& arguments) {
   Run run(options);
   const Job job = read_job(folder, run.context());
   check_inputs(job);
+  sweep_unfinished_files((job.folder / "tiles").string(), "");
   JobOptions asked(job.words);
   check_layers(delivery, asked.request.options.project);
   std::unique_ptr<OutputFolder> output;
@@ -299,64 +306,6 @@ int reduce(const Arguments& arguments) {
                                   points ? &nodes : nullptr);
   if (points) write_point_fields(job, asked.request.options, nodes, *output, run.context());
   return finish(std::move(answer), delivery, output.get(), run);
-}
-
-// --- script ----------------------------------------------------------------------------------------------------------
-
-int script(const Arguments& arguments) {
-  enum class Engine { slurm, parallel, snakemake };
-  std::string folder, program = "isopach";
-  Engine engine = Engine::slurm;
-  std::size_t each = 1;
-  RunOptions options;
-  Command command("tile script",
-                  "Prints a script that runs the tiles of a job by an engine that people have; nothing is submitted.\n",
-                  step_codes);
-  command.positional("JOB", folder, "Folder of the job, which all machines see under this path");
-  command.heading("Script");
-  command.choice<Engine>("--engine", engine,
-                         {{"slurm", Engine::slurm}, {"parallel", Engine::parallel}, {"snakemake", Engine::snakemake}},
-                         "slurm: an array of jobs, for sbatch; parallel: GNU parallel, for sh; snakemake: a Snakefile");
-  command.option("--tiles-each", "N", each, "Tiles of one job of the engine").check(whole_number(1)).show_default();
-  command.option("--program", "PATH", program, "The isopach program on the machines that run it")
-      .check(not_empty())
-      .show_default();
-  add_run_options(command, options);
-  if (!command.parse(arguments)) return 0;
-  Run run(options);
-  const Job job = read_job(folder, run.context());
-  const std::size_t n = job.tiles.size(), jobs = (n + each - 1) / each;
-  const std::string path = fs::absolute(folder).lexically_normal().string();
-  if (path.find_first_of("'\n\r") != std::string::npos || program.find_first_of("'\n\r") != std::string::npos)
-    throw UsageError("JOB: a script cannot quote a path with an apostrophe or a line break: rename the folder");
-  const std::string index = "$(( i * " + std::to_string(each) + " ))-$(( last < " + std::to_string(n) +
-                            " - 1 ? last : " + std::to_string(n) + " - 1 ))";
-  const std::string body = fmt::format("last=$(( (i + 1) * {} - 1 ))\nexec '{}' tile run '{}' --index \"{}\" --quiet\n",
-                                       each, program, path, index);
-  switch (engine) {
-    case Engine::slurm:
-      run.print(
-          fmt::format("#!/bin/sh\n#SBATCH --job-name=isopach\n#SBATCH --array=0-{}\n#SBATCH --cpus-per-task=2\n"
-                      "# then: isopach tile reduce '{}' -o RESULT\ni=$SLURM_ARRAY_TASK_ID\n{}",
-                      jobs - 1, path, body));
-      break;
-    case Engine::parallel:
-      run.print(
-          fmt::format("#!/bin/sh\nset -eu\nseq 0 {} | parallel --halt soon,fail=1 \"'{}' tile run '{}' --index "
-                      "{{}} --quiet --threads 1\"\n'{}' tile reduce '{}' -o \"${{1:-result}}\"\n",
-                      n - 1, program, path, program, path));
-      break;
-    case Engine::snakemake:
-      run.print(fmt::format(
-          "TILES = [f\"{{k:06d}}\" for k in range({})]\nJOB = '{}'\n\n"
-          "rule result:\n    input: expand(JOB + \"/tiles/{{k}}.part\", k=TILES)\n    output: \"result/result.json\"\n"
-          "    shell: \"'{}' tile reduce '{}' -o result\"\n\n"
-          "rule tile:\n    output: JOB + \"/tiles/{{k}}.part\"\n    threads: 2\n"
-          "    shell: \"'{}' tile run '{}' --index $((10#{{wildcards.k}})) --quiet --threads {{threads}}\"\n",
-          n, path, program, path, program, path));
-      break;
-  }
-  return 0;
 }
 
 }  // namespace
@@ -419,7 +368,7 @@ void TiledAnswer::require() const {
 
 int run_tile_verb(const Arguments& arguments) {
   static const std::vector<std::pair<std::string, int (*)(const Arguments&)>> steps{
-      {"plan", plan}, {"run", run_tiles}, {"status", tile_status}, {"reduce", reduce}, {"script", script}};
+      {"plan", plan}, {"run", run_tiles}, {"status", tile_status}, {"reduce", reduce}, {"script", tile_script}};
   if (arguments.empty())
     throw UsageError("tile: give a step: plan, run, status, reduce or script (isopach tile --help)");
   const std::string& word = arguments.front();

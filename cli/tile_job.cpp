@@ -11,6 +11,7 @@
 #include <optional>
 #include <utility>
 
+#include "cli/passing_folder.hpp"
 #include "cli/scans.hpp"
 #include "cli/tile_record.hpp"
 #include "isopach/base/error.hpp"
@@ -261,6 +262,7 @@ class NewFolder {
     std::error_code error;
     was_there_ = fs::exists(path_, error);
     if (!was_there_) return;
+    sweep_unfinished_files(path_.string(), "manifest.json");
     if (!fs::is_directory(path_, error) || !holds_remains_alone())
       throw UsageError(
           fmt::format("--output {}: it is there and not empty: a job gets a folder of its own", path_.string()));
@@ -352,6 +354,10 @@ std::uint64_t most_points(const JobLimits& limits) {
   return limits.tile_points > 0 ? std::min(limits.tile_points, points) : points;
 }
 
+std::uint64_t memory_of_tile(std::uint64_t points) {
+  return bytes_at_least + static_cast<std::uint64_t>(bytes_a_point * static_cast<double>(points));
+}
+
 std::uint64_t memory_of_comparison(std::uint64_t points) {
   return bytes_at_least / 4 + static_cast<std::uint64_t>(bytes_a_point_whole * static_cast<double>(points));
 }
@@ -410,7 +416,10 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
   } catch (const Interrupted&) {
     throw;
   } catch (const std::exception& e) {
-    say_failed(job.tile_file(k, "failed"), e.what());
+    try {
+      say_failed(job.tile_file(k, "failed"), e.what());
+    } catch (const Error&) {  // a disk that is full takes no note either: what was first is what is told
+    }
     throw;
   }
   say_failed(job.tile_file(k, "failed"), "");
@@ -428,26 +437,6 @@ std::optional<std::uint64_t> points_stated(const std::string& a, const std::stri
     }
   return points;
 }
-
-namespace {
-
-/// A folder for the time of a run.
-class PassingFolder {
- public:
-  PassingFolder() : path_(fs::temp_directory_path() / unfinished_name()) {}
-  ~PassingFolder() {
-    std::error_code ignored;
-    fs::remove_all(path_, ignored);
-  }
-  PassingFolder(const PassingFolder&) = delete;
-  PassingFolder& operator=(const PassingFolder&) = delete;
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
- private:
-  fs::path path_;
-};
-
-}  // namespace
 
 Comparison compare_in_tiles(const std::string& a, const std::string& b, const CompareOptions& options,
                             const JobLimits& limits, const LookAtCells& look, Run& run) {

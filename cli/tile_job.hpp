@@ -91,6 +91,8 @@ struct JobLimits {
 
 /// Most points of a tile, of both scans: where both limits are given, the narrower one.
 [[nodiscard]] std::uint64_t most_points(const JobLimits& limits);
+/// Bytes that the run of a tile of so many points takes at most, about.
+[[nodiscard]] std::uint64_t memory_of_tile(std::uint64_t points);
 /// What compare() in memory takes, about, for scans of so many points together.
 [[nodiscard]] std::uint64_t memory_of_comparison(std::uint64_t points);
 

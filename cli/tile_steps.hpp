@@ -11,4 +11,7 @@ inline constexpr const char* step_codes =
 /// What of a job is done, what failed and why.
 int tile_status(const Arguments& arguments);
 
+/// A script that runs the tiles by an engine that people have.
+int tile_script(const Arguments& arguments);
+
 }  // namespace isopach::cli

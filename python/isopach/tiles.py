@@ -11,14 +11,19 @@ memory returns. Whatever is killed may be run again.
 
 from __future__ import annotations
 
+import collections
 import concurrent.futures
+import contextlib
 import json
 import os
 import pathlib
+import secrets
 import shutil
+import signal
 import subprocess
 import sys
 import sysconfig
+import threading
 import time
 import warnings
 from collections.abc import Callable, Iterable, Mapping
@@ -42,9 +47,54 @@ def _program() -> str:
     return found
 
 
-def _call(program: str, words: Iterable[str]) -> tuple[int, str, str]:
-    done = subprocess.run([program, *words], capture_output=True, text=True, stdin=subprocess.DEVNULL)
-    return done.returncode, done.stdout, done.stderr.strip()
+class _Processes:
+    """Processes on this machine, so many at a time, as an executor; left by an exception, it stops those that run."""
+
+    def __init__(self, at_once: int) -> None:
+        self._threads = concurrent.futures.ThreadPoolExecutor(at_once)
+        self._lock = threading.Lock()
+        self._running: set[subprocess.Popen[str]] = set()
+        self._stopped = False
+
+    def submit(self, function: Callable[..., Any], *arguments: Any) -> concurrent.futures.Future[Any]:
+        return self._threads.submit(function, *arguments, self)
+
+    def began(self, process: subprocess.Popen[str]) -> None:
+        with self._lock:
+            self._running.add(process)
+            if self._stopped:
+                process.terminate()
+
+    def ended(self, process: subprocess.Popen[str]) -> None:
+        with self._lock:
+            self._running.discard(process)
+
+    def __enter__(self) -> _Processes:
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: Any) -> None:
+        if kind is not None:
+            with self._lock:
+                self._stopped = True
+                for process in self._running:
+                    process.terminate()
+        self._threads.shutdown(cancel_futures=kind is not None)
+
+
+def _call(program: str, words: Iterable[str], processes: _Processes | None = None) -> tuple[int, str, str]:
+    with subprocess.Popen([program, *words], stdin=subprocess.DEVNULL, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                          text=True) as process:
+        if processes is not None:
+            processes.began(process)
+        try:
+            printed, said = process.communicate()
+        except BaseException:
+            process.terminate()
+            raise
+        finally:
+            if processes is not None:
+                processes.ended(process)
+        return process.returncode, printed, said.strip()
 
 
 def _said(stderr: str) -> str:
@@ -59,10 +109,19 @@ def _done(words: Iterable[str], allowed: tuple[int, ...] = (0,)) -> str:
     raise error_of(code if code in range(1, 7) else 1, _said(stderr))
 
 
-def _run_tile(program: str, folder: str, index: int, threads: int) -> tuple[int, int, str]:
-    """What an executor is given: plain arguments, and a plain answer."""
-    code, _, stderr = _call(program, ["tile", "run", folder, f"--index={index}", "--quiet", f"--threads={threads}"])
-    return index, code, "" if code == 0 else _said(stderr)
+def _run_tile(named: str | None, folder: str, index: int, threads: int, _call_of: str,
+              processes: _Processes | None = None) -> tuple[int, str]:
+    """What an executor is given: plain arguments, and a plain answer: the exit code, and why it is not 0.
+
+    The program is that of the machine that runs this, unless ISOPACH_PROGRAM names one. `_call_of` is another word for
+    every call: Dask takes calls with equal arguments for one, and would not try a tile again.
+    """
+    words = ["tile", "run", folder, f"--index={index}", "--quiet", f"--threads={threads}"]
+    code, _, stderr = _call(named or _program(), words, processes)
+    if code < 0:
+        killed = ", as where memory runs out" if -code == signal.SIGKILL else ""
+        return code, f"it was ended by {signal.Signals(-code).name}{killed}"
+    return code, "" if code == 0 else _said(stderr)
 
 
 def _words(options: Mapping[str, Any]) -> list[str]:
@@ -113,52 +172,36 @@ class Job:
         """Numbers of the tiles that are not done."""
         return [tile.index for tile in self.status.each if tile.state != "done"]
 
-    def run(self, executor: Any = None, *, retries: int = 2, threads: int = 1, workers: int | None = None,
+    def run(self, executor: Any = None, *, retries: int = 2, threads: int = 1, at_once: int | None = None,
             progress: Callable[[int, int], None] | bool | None = None) -> Job:
         """Does all tiles that are not done; returns the job.
 
         `executor`: anything with ``submit(function, *arguments)`` that gives something with ``done()`` and ``result()``;
-        None: `workers` processes on this machine (default: as many as there are cores for `threads` each). A tile that
-        fails is tried `retries` times more. `progress`: called with (tiles done, tiles), or True for a line on stderr.
-        Raises InputError, which names the first tile that failed and says why, once all others are done.
+        None: processes on this machine. `at_once`: most tiles at a time (default: without an executor as many as there
+        are cores for `threads` each; with one all that are left, which it queues). A tile that fails, or whose worker
+        dies, is tried `retries` times more. `progress`: called with (tiles done, tiles), or True for a line on stderr.
+
+        Raises InputError, which names the first tile that failed and says why, once all others are done; at once where
+        the executor takes no more calls. Left by an exception, Ctrl-C among them, it cancels what it submitted; without
+        an executor it stops its processes. What is done stays done. Test: tests/python/engines_test.py.
         """
+        for name, value, least in (("retries", retries, 0), ("threads", threads, 1), ("at_once", at_once, 1)):
+            if value is not None and (not isinstance(value, int) or value < least):
+                raise UsageError(f"{name}: {shown(value)} is not a whole number of {least} or more")
         if executor is None:
-            size = workers or max(1, (os.cpu_count() or 1) // max(1, threads))
-            with concurrent.futures.ThreadPoolExecutor(size) as own:
-                return self.run(own, retries=retries, threads=threads, progress=progress)
-        told = _Line() if progress is True else progress or None
+            size = at_once or max(1, (os.cpu_count() or 1) // threads)
+            with _Processes(size) as own:
+                return self.run(own, retries=retries, threads=threads, at_once=at_once, progress=progress)
+        if not callable(getattr(executor, "submit", None)):
+            raise UsageError(f"executor: {shown(executor)} has no submit(): give a Dask client, a pool of processes, …")
         left = self.missing()
-        tries = dict.fromkeys(left, 0)
-        failed: dict[int, str] = {}
-        waiting = {self._submit(executor, index, threads) for index in left}
-        finished = 0
-        while waiting:
-            ready = {item for item in waiting if item[1].done()}
-            if not ready:
-                time.sleep(0.02)
-                continue
-            waiting -= ready
-            for index, future in ready:
-                try:
-                    _, code, why = future.result()
-                except Exception as error:  # a worker that died: the engine's own exception
-                    code, why = 1, f"{type(error).__name__}: {error}"
-                if code != 0 and tries[index] < retries:
-                    tries[index] += 1
-                    waiting.add(self._submit(executor, index, threads))
-                    continue
-                finished += 1
-                if code != 0:
-                    failed[index] = why
-                if told is not None:
-                    told(finished, len(left))
+        calls = _Calls(executor, self.folder, threads)
+        failed = calls.all(left, retries, at_once or len(left), _Line() if progress is True else progress or None)
         if failed:
             first = min(failed)
-            raise InputError(f"{self.folder}: {len(failed)} of {len(left)} tiles failed, the first is {first}: {failed[first]}")
+            raise InputError(f"{self.folder}: {len(failed)} of {len(left)} tiles failed, the first is {first}: "
+                             f"{failed[first]}")
         return self
-
-    def _submit(self, executor: Any, index: int, threads: int) -> tuple[int, Any]:
-        return index, executor.submit(_run_tile, _program(), self.folder, index, threads)
 
     def reduce(self, output: str | os.PathLike[str] | None = None, *, allow_missing: bool = False,
                points: bool = False) -> Record:
@@ -176,13 +219,97 @@ class Job:
             words.append("--points")
         return Record(json.loads(_done(words, (0, 6))))
 
-    def script(self, engine: str = "slurm", *, tiles_each: int = 1) -> str:
-        """A script that runs the tiles by an engine: slurm, parallel or snakemake."""
-        return _done(["tile", "script", self.folder, f"--engine={engine}", f"--tiles-each={tiles_each}"])
+    def script(self, engine: str = "slurm", *, tiles_each: int | None = None, at_once: int | None = None,
+               program: str | os.PathLike[str] | None = None) -> str:
+        """A script that runs the tiles by an engine: slurm, parallel or snakemake.
+
+        `tiles_each`: tiles that one job of the engine does; `at_once`: most jobs at a time; `program`: isopach on the
+        machines that run it. Where they are not given the command `isopach tile script` chooses.
+        """
+        words = ["tile", "script", self.folder, f"--engine={engine}"]
+        words += [f"--{name}={value}" for name, value in (("tiles-each", tiles_each), ("at-once", at_once))
+                  if value is not None]
+        if program is not None:
+            words.append(f"--program={os.fsdecode(path_of(program, 'program'))}")
+        return _done(words)
 
     def __repr__(self) -> str:
         state = self.status
         return f"Job of {state.tiles} tiles, {state.points} points, {state.done} done\n  {self.folder}"
+
+
+class _Calls:
+    """Calls of tiles that an executor has, and what became of them."""
+
+    def __init__(self, executor: Any, folder: str, threads: int) -> None:
+        self._executor, self._folder, self._threads = executor, folder, threads
+        self._waiting: dict[int, Any] = {}
+
+    def all(self, tiles: list[int], retries: int, at_once: int,
+            told: Callable[[int, int], None] | None) -> dict[int, str]:
+        """Does the tiles; gives those that failed, and why."""
+        to_do = collections.deque((index, 0) for index in tiles)
+        tries: dict[int, int] = {}
+        failed: dict[int, str] = {}
+        finished = 0
+        try:
+            while to_do or self._waiting:
+                while to_do and len(self._waiting) < at_once:
+                    index, tries[index] = to_do.popleft()
+                    self._submit(index)
+                for index, why in self._ended():
+                    if why and tries[index] < retries:
+                        to_do.append((index, tries[index] + 1))
+                        continue
+                    finished += 1
+                    if why:
+                        failed[index] = why
+                    if told is not None:
+                        told(finished, len(tiles))
+        except BaseException:
+            self._cancel()
+            raise
+        return failed
+
+    def _submit(self, index: int) -> None:
+        named = os.environ.get("ISOPACH_PROGRAM")
+        try:
+            self._waiting[index] = self._executor.submit(_run_tile, named, self._folder, index, self._threads,
+                                                         secrets.token_hex(8))
+        except Exception as error:
+            raise InputError(f"{self._folder}: the executor takes no more tiles ({_one_line(error)}): run the job "
+                             "again with another one; tiles that are done stay done") from error
+
+    def _ended(self) -> list[tuple[int, str]]:
+        """Waits for calls that have ended; why they failed, empty where they did not."""
+        pause = 0.01
+        while True:
+            asked = time.monotonic()
+            ready = [index for index, future in self._waiting.items() if future.done()]
+            if ready:
+                return [(index, self._why(self._waiting.pop(index))) for index in ready]
+            # Some engines look at files to answer: most of the time nobody is asked.
+            pause = min(max(2 * pause, 4 * (time.monotonic() - asked)), 1.0)
+            time.sleep(pause)
+
+    @staticmethod
+    def _why(future: Any) -> str:
+        try:
+            code, why = future.result()
+        except Exception as error:  # the engine's own: a worker that died, a call that was cancelled
+            return _one_line(error)
+        return why if code != 0 else ""
+
+    def _cancel(self) -> None:
+        for future in self._waiting.values():
+            with contextlib.suppress(Exception):  # one that cannot be cancelled ends by itself
+                future.cancel()
+
+
+def _one_line(error: BaseException) -> str:
+    """Of a message of many lines, such as a trace, the first and the last."""
+    lines = [line.strip() for line in str(error).splitlines() if line.strip()]
+    return f"{type(error).__name__}: " + " … ".join(lines[:1] + lines[1:][-1:])
 
 
 class _Line:

@@ -299,18 +299,35 @@ class Tiles(CliTest):
         slurm = self.run_cli("tile", "script", "job", "--tiles-each", "3", "--program", str(BIN)).stdout
         self.assertIn(f"--array=0-{(n + 2) // 3 - 1}", slurm)
         for task in range((n + 2) // 3):
-            subprocess.run(["sh"], input=slurm, text=True, check=True, cwd=self.folder,
+            subprocess.run(["sh"], input=slurm, text=True, check=True, cwd=self.folder, stdout=subprocess.DEVNULL,
                            env={**os.environ, "SLURM_ARRAY_TASK_ID": str(task)})
         self.assertEqual(self.reduced(), self.whole())
-        parallel = self.run_cli("tile", "script", "job", "--engine", "parallel", "--program", str(BIN)).stdout
-        self.assertIn(f"seq 0 {n - 1}", parallel)
-        if shutil.which("parallel"):
-            shutil.rmtree(self.path("job/tiles"))
-            os.mkdir(self.path("job/tiles"))
-            subprocess.run(["sh", "-s", "out"], input=parallel, text=True, check=True, cwd=self.folder,
-                           stdout=subprocess.DEVNULL)
-            self.assertEqual(told(self.path("out/result.json").read_text()), self.whole())
-        self.assertIn("rule tile", self.run_cli("tile", "script", "job", "--engine", "snakemake").stdout)
+        parallel = self.run_cli("tile", "script", "job", "--engine", "parallel").stdout
+        self.assertIn(f"seq 0 {n - 1} ", parallel)
+        self.assertIn(f"range({n})", self.run_cli("tile", "script", "job", "--engine", "snakemake").stdout)
+
+    def test_words_of_scripts(self):
+        """A folder whose name a shell would take apart, tiles beyond the largest array, and the memory of a tile."""
+        name = "it's $HOME `x` \\ \"q\" {}"
+        self.plan("--tile-points", "8", job=name)
+        n = json.loads(self.run_cli("tile", "status", name, "--json", "-").stdout)["tiles"]
+        self.assertGreater(n, 1000)
+        slurm = self.run_cli("tile", "script", name, "--program", str(BIN), "--at-once", "7").stdout
+        each = -(-n // 1000)
+        self.assertIn(f"--array=0-{-(-n // each) - 1}%7\n", slurm)
+        megabytes = int(re.search(r"--mem=(\d+)M\n", slurm)[1])
+        self.assertTrue(150 < megabytes < 200, megabytes)
+        done = subprocess.run(["sh"], input=slurm, text=True, cwd=self.folder, capture_output=True,
+                              env={**os.environ, "SLURM_ARRAY_TASK_ID": "0"})
+        self.assertEqual((done.returncode, done.stdout), (0, f"{each} tiles done\n"), done.stderr)
+        wrap = re.search(r"^# sbatch .*--wrap=(.*)$", slurm, re.M)[1]
+        reduce = subprocess.run(["sh", "-c", f"sh -c {wrap}"], cwd=self.folder, capture_output=True, text=True)
+        self.assertIn("tiles are not done", reduce.stderr)
+        self.fails(2, "tile", "script", name, "--engine", "snakemake", says=["braces", "rename"])
+        self.plan("--tile-points", "2000")
+        for option in ("--tiles-each", "--at-once"):
+            self.fails(2, "tile", "script", "job", "--engine", "snakemake", option, "2", says=[option, "snakemake"])
+        self.fails(2, "tile", "script", "job", "--program", "two\nlines", says=["line break"])
 
 
 if __name__ == "__main__":

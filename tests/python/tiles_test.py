@@ -51,7 +51,18 @@ def test_tiles_are_the_whole(scans: tuple[pathlib.Path, pathlib.Path], tmp_path:
     assert numbers(job.reduce(tmp_path / "out", points=True)) == numbers(whole)
     assert len(list((tmp_path / "out").glob("points_a_*.laz"))) == job.status.tiles
     assert (tmp_path / "out/result.json").exists()
-    assert "tiles" in repr(job) and "sbatch" not in job.script() and "--array" in job.script()
+    assert "tiles" in repr(job)
+
+
+def test_scripts(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
+    """Those of the command line, whose words they take."""
+    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=1000)
+    assert "--array=0-" in job.script()
+    text = job.script("slurm", tiles_each=5, at_once=3, program="/opt/isopach")
+    assert f"--array=0-{(job.status.tiles - 1) // 5}%3\n" in text and "exec /opt/isopach tile run" in text
+    assert "--jobs 2 " in job.script("parallel", at_once=2)
+    with pytest.raises(isopach.UsageError, match="at-once"):
+        job.script("snakemake", at_once=2)
 
 
 def test_a_broken_file_is_named(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
@@ -81,22 +92,6 @@ def test_executors_share_a_job(scans: tuple[pathlib.Path, pathlib.Path], tmp_pat
     job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=1000)
     with concurrent.futures.ProcessPoolExecutor(2) as pool:
         assert numbers(job.run(pool).reduce()) == numbers(whole)
-
-
-def test_dask(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
-    distributed = pytest.importorskip("distributed")
-    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=1000)
-    with distributed.LocalCluster(n_workers=2, threads_per_worker=1, dashboard_address=None) as cluster, \
-            distributed.Client(cluster) as client:
-        assert numbers(job.run(client).reduce()) == numbers(isopach.compare(*scans))
-
-
-def test_submitit(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:
-    submitit = pytest.importorskip("submitit")
-    job = isopach.tiles.plan(*scans, tmp_path / "job", tile_points=4000)
-    executor = submitit.AutoExecutor(folder=tmp_path / "logs", cluster="local")
-    executor.update_parameters(timeout_min=5)
-    assert numbers(job.run(executor).reduce()) == numbers(isopach.compare(*scans))
 
 
 class Unreliable:
