@@ -24,6 +24,7 @@
 #include "isopach/match/matching.hpp"
 #include "isopach/measure/parted_cells.hpp"
 #include "isopach/report/accuracy.hpp"
+#include "isopach/report/picture.hpp"
 
 namespace isopach::cli {
 
@@ -65,10 +66,14 @@ struct CompareAnswer : Answer {
   void require() const override;
 };
 
-/// A comparison that was made in tiles: numbers, without the cells.
+/// What becomes of the cells of all tiles, with the comparison that they are of.
+using LookAtCells = std::function<void(const PartedCells& cells, const Comparison& c)>;
+
+/// A comparison that was made in tiles: numbers, and a picture in place of the cells.
 struct TiledAnswer : Answer {
   Comparison comparison;
   std::optional<RasterLayers> raster;  ///< of --raster
+  std::optional<Picture> picture;      ///< where there is a map or a view
   std::vector<Tolerance> tolerances;
 
   [[nodiscard]] std::string json(const std::vector<std::string>& outputs) const override;
@@ -77,9 +82,8 @@ struct TiledAnswer : Answer {
   void deliver(const Delivery& delivery, OutputFolder* folder, Run& run) override;
   void require() const override;
 
-  /// What is to be kept of the cells of all tiles.
-  [[nodiscard]] std::function<void(const PartedCells& cells, const Comparison& c)> look(const Delivery& delivery,
-                                                                                        const Context& context);
+  /// What is to be kept of the cells of all tiles; empty: nothing.
+  [[nodiscard]] LookAtCells look(const Delivery& delivery, const Context& context);
 };
 
 /// Files that need the cells of a comparison in one place: UsageError, naming the option.

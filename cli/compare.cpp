@@ -365,8 +365,8 @@ int run_compare(const Arguments& arguments) {
   command.heading("Run");
   command.option_with(
       "--max-memory", "SIZE", [&](const std::string& text) { limits.memory = parse_size(text, "--max-memory"); },
-      "Compare in tiles, on disk, where the scans together would take more memory than this, e.g. 8G: the same result, "
-      "as numbers and --raster: without map, cells and points");
+      "Compare in tiles, on disk, where the scans together would take more memory than this, e.g. 8G: the same numbers "
+      "and --raster, a map and a view by means over squares; no files of cells and points");
   add_match_options(command, request.matching);
   add_run_options(command, request.run);
   if (!command.parse(arguments)) return 0;

@@ -110,15 +110,8 @@ Option add_result_options(Command& command, Delivery& delivery, const std::strin
   return folder;
 }
 
-void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
-  delivery.output = default_folder;
-  const Option folder =
-      add_result_options(command, delivery,
-                         "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
-                         "points_a.ply, points_b.ply, with polygons budget.csv, of changes changes.csv and "
-                         "changes.geojson (LAS in: also points_a.las); made if it is not there");
-  if (!default_folder.empty()) folder.show_default();
-  add_map_options(command, delivery, "Title of map and report; without it the names of the scans");
+void add_page_options(Command& command, Delivery& delivery, const std::string& title) {
+  add_map_options(command, delivery, title);
   command.option_with(
       "--extent", "XMIN,YMIN,XMAX,YMAX",
       [&delivery](const std::string& text) { delivery.map.extent = parse_extent(text); },
@@ -130,6 +123,17 @@ void add_delivery_options(Command& command, Delivery& delivery, const std::strin
   command.option("--pdf", "FILE", delivery.pdf, "The short report as PDF, on two pages of A4, to FILE")
       .check(not_empty());
   command.flag("--no-map", delivery.no_map, "No difference.png, and no picture in the report");
+}
+
+void add_delivery_options(Command& command, Delivery& delivery, const std::string& default_folder) {
+  delivery.output = default_folder;
+  const Option folder =
+      add_result_options(command, delivery,
+                         "Folder for result.json, histogram.csv, report.html, difference.png, difference.ply, "
+                         "points_a.ply, points_b.ply, with polygons budget.csv, of changes changes.csv and "
+                         "changes.geojson (LAS in: also points_a.las); made if it is not there");
+  if (!default_folder.empty()) folder.show_default();
+  add_page_options(command, delivery, "Title of map and report; without it the names of the scans");
   command.flag("--no-cells", delivery.no_cells, "No difference.ply");
   command.flag("--no-points", delivery.no_points, "No points_a and points_b");
   command.heading("Layers");

@@ -91,6 +91,9 @@ struct Delivery {
 /// date of the run. `title`: help of --title.
 void add_map_options(Command& command, Delivery& delivery, const std::string& title);
 
+/// These, --extent, --report, --pdf and --no-map.
+void add_page_options(Command& command, Delivery& delivery, const std::string& title);
+
 /// --report-vertices.
 void add_view_option(Command& command, MapOptions& map);
 

@@ -274,12 +274,14 @@ int reduce(const Arguments& arguments) {
   Command command("tile reduce", "Joins the tiles of a job to the result of the whole.\n", step_codes);
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Output");
-  add_result_options(command, delivery, "Folder for result.json and histogram.csv; made if it is not there");
+  add_result_options(command, delivery,
+                     "Folder for result.json, histogram.csv, report.html and difference.png; made if it is not there");
+  add_page_options(command, delivery, "Title of map and report; without it the names of the scans");
   command
-      .option(
-          "--raster", "STEP", delivery.raster,
-          "Also difference.tif: a GeoTIFF of d, coverage and both heights; each pixel is the exact mean over what was "
-          "measured of it. Side of the pixels, in the unit of x and y")
+      .option("--raster", "STEP", delivery.raster,
+              "Also difference.tif: a cloud-optimised GeoTIFF of d, coverage and both heights; each pixel is the exact "
+              "mean over what was "
+              "measured of it. Side of the pixels, in the unit of x and y")
       .check(positive());
   command.flag(
       "--points", points,
@@ -309,62 +311,6 @@ int reduce(const Arguments& arguments) {
 }
 
 }  // namespace
-
-std::string TiledAnswer::json(const std::vector<std::string>& outputs) const {
-  return comparison_json(comparison, outputs);
-}
-std::string TiledAnswer::text() const { return comparison_text(comparison, std::nullopt, nullptr); }
-
-void TiledAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& run) {
-  std::string result;
-  if (folder != nullptr) {
-    folder->write_text("histogram.csv", histogram_csv(comparison));
-    if (raster) {
-      write_raster_layers(folder->path("difference.tif"), *raster, run.context());
-      folder->write_text("difference.qml", raster_style(comparison, delivery.map));
-    }
-    static_cast<void>(folder->path("result.json"));
-    result = json(folder->names());
-    folder->write_text("result.json", result);
-    folder->commit();
-  } else {
-    result = json({});
-  }
-  if (!delivery.json.empty()) write_json(delivery.json, result, run);
-  if (delivery.json != "-") {
-    run.show(text());
-  } else {
-    for (const std::string& warning : comparison.warnings) run.warn(warning);
-  }
-}
-
-std::function<void(const PartedCells& cells, const Comparison& c)> TiledAnswer::look(const Delivery& delivery,
-                                                                                     const Context& context) {
-  if (!(delivery.raster > 0)) return {};
-  return [this, step = delivery.raster, &context](const PartedCells& cells, const Comparison& c) {
-    raster = difference_layers(cells, c, step, context);
-  };
-}
-
-void refuse_files_of_cells(const Delivery& delivery) {
-  const std::array<std::pair<const char*, bool>, 8> asked{{{"pdf", !delivery.pdf.empty()},
-                                                           {"svg", delivery.svg},
-                                                           {"extent", delivery.map.extent.has_value()},
-                                                           {"report", delivery.short_report},
-                                                           {"contours", delivery.contours > 0},
-                                                           {"profile", !delivery.profile.empty()},
-                                                           {"outlines", delivery.outlines},
-                                                           {"vtu", delivery.vtu}}};
-  for (const auto& [name, is_asked] : asked)
-    if (is_asked)
-      throw UsageError(
-          fmt::format("--{}: a comparison in tiles has no cells to make it of: leave it out, or take --raster", name));
-}
-
-void TiledAnswer::require() const {
-  const std::string over = exceeded(comparison, tolerances);
-  if (!over.empty()) throw Error(ExitCode::tolerance, "--fail-above: " + over);
-}
 
 int run_tile_verb(const Arguments& arguments) {
   static const std::vector<std::pair<std::string, int (*)(const Arguments&)>> steps{

@@ -20,6 +20,7 @@
 #include <string>
 #include <vector>
 
+#include "cli/answer.hpp"
 #include "cli/command.hpp"
 #include "cli/tile_points.hpp"
 #include "cli/verbs.hpp"
@@ -115,9 +116,6 @@ void check_inputs(const Job& job);
 
 /// Does tile k unless it is done. Files appear whole.
 void run_tile(const Job& job, std::size_t k, const CompareOptions& options, const Context& context);
-
-/// What becomes of the cells of all tiles, with the comparison that they are of.
-using LookAtCells = std::function<void(const PartedCells& cells, const Comparison& c)>;
 
 /// What the join tells of the points, for those who write them.
 struct JoinedNodes {

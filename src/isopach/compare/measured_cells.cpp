@@ -1,11 +1,16 @@
 #include "isopach/compare/measured_cells.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <initializer_list>
 #include <limits>
 #include <tuple>
 #include <utility>
 
+#include "isopach/base/error.hpp"
+#include "isopach/base/parallel.hpp"
 #include "isopach/geom/predicates.hpp"
 #include "isopach/measure/source.hpp"
 
@@ -32,43 +37,61 @@ Array<double> level_of(const Cells& cells) {
   return lod;
 }
 
-struct Vertex {
-  double x, y, z1, z2;
-};
-using Part = std::vector<Vertex>;
+/// A convex polygon that a triangle was cut to by the four sides of a pixel: at most 7 corners.
+class Part {
+ public:
+  Part() = default;
+  Part(std::initializer_list<Corner> corners) {
+    for (const Corner& c : corners) push_back(c);
+  }
+  [[nodiscard]] std::size_t size() const { return size_; }
+  [[nodiscard]] const Corner& operator[](std::size_t i) const { return corners_[i]; }
+  [[nodiscard]] Corner& operator[](std::size_t i) { return corners_[i]; }
+  [[nodiscard]] const Corner* begin() const { return corners_.data(); }
+  [[nodiscard]] const Corner* end() const { return corners_.data() + size_; }
+  void clear() { size_ = 0; }
+  void push_back(const Corner& c) {
+    if (size_ == corners_.size()) throw Error(ExitCode::internal, "a triangle cut by a pixel has too many corners");
+    corners_[size_++] = c;
+  }
 
-Vertex between(const Vertex& a, const Vertex& b, double share) {
+ private:
+  std::array<Corner, 8> corners_;
+  std::size_t size_ = 0;
+};
+
+Corner between(const Corner& a, const Corner& b, double share) {
   return {a.x + share * (b.x - a.x), a.y + share * (b.y - a.y), a.z1 + share * (b.z1 - a.z1),
           a.z2 + share * (b.z2 - a.z2)};
 }
 
 /// Cuts a convex polygon at coordinate = at: `low` gets what lies below, `high` what lies above. The corner of a cut is
 /// one and the same for both, and lies on the line.
-void cut(const Part& polygon, double Vertex::*coordinate, double at, Part& low, Part& high) {
+void cut(const Part& polygon, double Corner::*coordinate, double at, Part& low, Part& high) {
   low.clear(), high.clear();
   for (std::size_t i = 0; i < polygon.size(); ++i) {
-    const Vertex &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
+    const Corner &a = polygon[i], &b = polygon[(i + 1) % polygon.size()];
     const double da = a.*coordinate - at, db = b.*coordinate - at;
     if (da <= 0) low.push_back(a);
     if (da >= 0) high.push_back(a);
     if ((da < 0 && db > 0) || (da > 0 && db < 0)) {
-      Vertex v = between(a, b, da / (da - db));
+      Corner v = between(a, b, da / (da - db));
       v.*coordinate = at;
       low.push_back(v), high.push_back(v);
     }
   }
 }
 
-std::pair<double, double> range_of(const Part& polygon, double Vertex::*coordinate) {
+std::pair<double, double> range_of(const Part& polygon, double Corner::*coordinate) {
   double least = polygon[0].*coordinate, most = least;
-  for (const Vertex& v : polygon) least = std::min(least, v.*coordinate), most = std::max(most, v.*coordinate);
+  for (const Corner& v : polygon) least = std::min(least, v.*coordinate), most = std::max(most, v.*coordinate);
   return {least, most};
 }
 
 /// f(strip, part) for the parts of a polygon in strips [first + k · step, first + (k + 1) · step], k below `count`.
 template <class F>
-void for_strips(Part rest, double Vertex::*coordinate, double first, double step, std::size_t count, Part& low,
-                Part& high, F&& f) {
+void for_strips(const Part& polygon, double Corner::*coordinate, double first, double step, std::size_t count, F&& f) {
+  Part rest = polygon, low, high;
   const auto [least, most] = range_of(rest, coordinate);
   const auto strip = [&](double value) { return std::floor((value - first) / step); };
   const double last = static_cast<double>(count) - 1;
@@ -82,22 +105,11 @@ void for_strips(Part rest, double Vertex::*coordinate, double first, double step
   }
 }
 
-void add(const Part& p, std::size_t pixel, PixelSums& sums) {
-  for (std::size_t k = 2; k < p.size(); ++k) {
-    const Vertex &a = p[0], &b = p[k - 1], &c = p[k];
-    const double area = 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
-    sums.area[pixel] += area;
-    sums.z1[pixel] += area * ((a.z1 + b.z1 + c.z1) / 3);
-    sums.z2[pixel] += area * ((a.z2 + b.z2 + c.z2) / 3);
-    sums.d[pixel] += area * (((a.z2 - a.z1) + (b.z2 - b.z1) + (c.z2 - c.z1)) / 3);
-  }
-}
-
 Part triangle_of(const MeshView& mesh, std::size_t t) {
-  Part p(3);
-  for (std::size_t k = 0; k < 3; ++k) {
-    const auto v = static_cast<std::size_t>(mesh.triangles[t][k]);
-    p[k] = {mesh.xy[v].x, mesh.xy[v].y, mesh.z1[v], mesh.z2[v]};
+  Part p;
+  for (const std::int32_t corner : mesh.triangles[t]) {
+    const auto v = static_cast<std::size_t>(corner);
+    p.push_back({mesh.xy[v].x, mesh.xy[v].y, mesh.z1[v], mesh.z2[v]});
   }
   return p;
 }
@@ -170,7 +182,7 @@ struct Stretch {
 bool clip(const Part& t, const Point2& p, const Point2& q, double& from, double& to) {
   from = 0, to = 1;
   for (std::size_t k = 0; k < 3; ++k) {
-    const Vertex &a = t[k], &b = t[(k + 1) % 3];
+    const Corner &a = t[k], &b = t[(k + 1) % 3];
     const auto side = [&](const Point2& r) { return (b.x - a.x) * (r.y - a.y) - (b.y - a.y) * (r.x - a.x); };
     const double at_p = side(p), at_q = side(q);
     if (at_p < 0 && at_q < 0) return false;
@@ -182,7 +194,7 @@ bool clip(const Part& t, const Point2& p, const Point2& q, double& from, double&
 
 /// Heights of a triangle's planes at a place.
 std::pair<double, double> heights(const Part& t, double x, double y) {
-  const Vertex &a = t[0], &b = t[1], &c = t[2];
+  const Corner &a = t[0], &b = t[1], &c = t[2];
   const double whole = (b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x);
   const double of_b = ((x - a.x) * (c.y - a.y) - (y - a.y) * (c.x - a.x)) / whole;
   const double of_c = ((b.x - a.x) * (y - a.y) - (b.y - a.y) * (x - a.x)) / whole;
@@ -258,26 +270,97 @@ MeasuredCells in_order(MeasuredCells cells) {
   return cells;
 }
 
-PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context) {
+namespace {
+
+/// A double without what stands behind its point; it lies between −2^127 and 2^127. Sooner than a cast, which is a
+/// call.
+template <class Int>
+Int whole(double x) {
+  const auto bits = std::bit_cast<std::uint64_t>(x);
+  const int shift = static_cast<int>(bits >> 52 & 0x7ff) - 1075;
+  const Int size = static_cast<Int>((bits & 0xfffffffffffff) | 0x10000000000000);
+  const Int value = shift <= -64 ? 0 : shift < 0 ? size >> -shift : size << std::min(shift, 73);
+  return static_cast<std::int64_t>(bits) < 0 ? -value : value;
+}
+
+/// The power of two that takes a bound to 2^100 at most: 27 bits are left for rounding.
+double steps_in_unit(double bound) {
+  constexpr int bits = 100, most = 1000;  // of the bound; of the exponents of doubles
+  int exponent = 0;
+  std::frexp(bound, &exponent);
+  return std::ldexp(1.0, std::clamp(bits - exponent, -most, most));
+}
+
+}  // namespace
+
+PixelAdder::PixelAdder(const PixelGrid& grid, double height)
+    : grid_(grid),
+      per_step_(1 / grid.step),
+      per_area_(steps_in_unit(grid.step * grid.step)),
+      per_volume_(steps_in_unit(grid.step * grid.step * height)),
+      pixels_(grid.columns * grid.rows) {}
+
+void PixelAdder::add(const Corner& a, const Corner& b, const Corner& c, Pixel& pixel) const {
+  const double area = 0.5 * ((b.x - a.x) * (c.y - a.y) - (b.y - a.y) * (c.x - a.x));
+  const double volume = area / 3 * per_volume_;
+  pixel.area += whole<Int128>(area * per_area_);
+  pixel.z1 += whole<Int128>(volume * (a.z1 + b.z1 + c.z1));
+  pixel.z2 += whole<Int128>(volume * (a.z2 + b.z2 + c.z2));
+  pixel.d += whole<Int128>(volume * (a.d() + b.d() + c.d()));
+}
+
+void PixelAdder::add(const std::array<Corner, 3>& triangle) {
+  const auto& [a, b, c] = triangle;
+  if (!std::isfinite(a.z1 + b.z1 + c.z1 + a.z2 + b.z2 + c.z2))
+    throw InputError("a cell has a height that is no finite number: leave it out of what is added up over pixels");
+  const auto pixel = [&](std::size_t column, std::size_t row) -> Pixel& {
+    return pixels_[column + grid_.columns * row];
+  };
+  // In one pixel, as nearly all are where there are many; by products, which are quicker than the quotients below.
+  const double across = (a.x - grid_.x) * per_step_, up = (a.y - grid_.y) * per_step_;
+  if (across >= 0 && across < static_cast<double>(grid_.columns) && up >= 0 && up < static_cast<double>(grid_.rows)) {
+    const auto column = static_cast<std::int64_t>(across), row = static_cast<std::int64_t>(up);
+    const auto is_beside = [&](const Corner& p) {
+      const double x = (p.x - grid_.x) * per_step_ - static_cast<double>(column);
+      const double y = (p.y - grid_.y) * per_step_ - static_cast<double>(row);
+      return x >= 0 && x < 1 && y >= 0 && y < 1;
+    };
+    if (is_beside(b) && is_beside(c))
+      return add(a, b, c, pixel(static_cast<std::size_t>(column), static_cast<std::size_t>(row)));
+  }
+  for_strips({a, b, c}, &Corner::y, grid_.y, grid_.step, grid_.rows, [&](std::size_t y, const Part& part) {
+    for_strips(part, &Corner::x, grid_.x, grid_.step, grid_.columns, [&](std::size_t x, const Part& piece) {
+      for (std::size_t k = 2; k < piece.size(); ++k) add(piece[0], piece[k - 1], piece[k], pixel(x, y));
+    });
+  });
+}
+
+PixelSums PixelAdder::sums() const {
   PixelSums sums;
-  add_over_pixels(mesh, grid, sums, context);
+  for (Array<double>* values : {&sums.area, &sums.z1, &sums.z2, &sums.d}) values->resize(pixels_.size());
+  for_each_index(pixels_.size(), [&](std::size_t i) {
+    const Pixel& p = pixels_[i];
+    sums.area[i] = static_cast<double>(p.area) / per_area_;
+    sums.z1[i] = static_cast<double>(p.z1) / per_volume_, sums.z2[i] = static_cast<double>(p.z2) / per_volume_;
+    sums.d[i] = static_cast<double>(p.d) / per_volume_;
+  });
   return sums;
 }
 
-void add_over_pixels(const MeshView& mesh, const PixelGrid& grid, PixelSums& sums, const Context& context) {
-  const std::size_t pixels = grid.columns * grid.rows;
-  if (sums.area.empty())
-    for (Array<double>* values : {&sums.area, &sums.z1, &sums.z2, &sums.d}) values->assign(pixels, 0.0);
-  Part low, high, left, right;
+PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context) {
+  double height = 0;
+  for (const auto& t : mesh.triangles)
+    for (const std::int32_t v : t) {
+      const auto at = static_cast<std::size_t>(v);
+      height = std::max({height, std::fabs(mesh.z1[at]) + std::fabs(mesh.z2[at])});
+    }
+  PixelAdder adder(grid, height);
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (t % check_every == 0) context.check();
-    for_strips(triangle_of(mesh, t), &Vertex::y, grid.y, grid.step, grid.rows, low, high,
-               [&](std::size_t row, const Part& part) {
-                 for_strips(
-                     part, &Vertex::x, grid.x, grid.step, grid.columns, left, right,
-                     [&](std::size_t column, const Part& piece) { add(piece, column + grid.columns * row, sums); });
-               });
+    const Part p = triangle_of(mesh, t);
+    adder.add(std::array{p[0], p[1], p[2]});
   }
+  return adder.sums();
 }
 
 HeightsAt heights_at(const MeshView& mesh, std::span<const Point2> places, const Context& context) {

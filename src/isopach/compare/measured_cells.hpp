@@ -9,6 +9,7 @@
 #include "isopach/base/array.hpp"
 #include "isopach/base/context.hpp"
 #include "isopach/compare/comparison.hpp"
+#include "isopach/overlay/regions.hpp"
 
 namespace isopach {
 
@@ -45,12 +46,34 @@ struct PixelGrid {
 struct PixelSums {
   Array<double> area, z1, z2, d;
 };
-/// Cells are cut at the sides of pixels and integrated in closed form, so that the sum of `d` over all pixels is the
-/// net volume, and that of `area` the area, up to rounding, whatever the grid. Cells beyond the grid are left out.
-/// Cost: O(cells + pixels they touch). Oracle: tests/compare/measured_cells_test.cpp, tests/python/results_test.py.
+/// Adds cells up over the pixels of a grid, as integers: the same bits in whatever order they come, and in whatever
+/// parts. Cells are cut at the sides of pixels and integrated in closed form, so that the sum of `d` over all pixels is
+/// the net volume, and that of `area` the area, up to rounding, whatever the grid. Cells beyond the grid are left out.
+/// Memory: 64 bytes a pixel. Cost: O(cells + pixels they touch). Oracle: tests/compare/measured_cells_test.cpp,
+/// tests/python/results_test.py.
+class PixelAdder {
+ public:
+  /// `height`: no |z1|, |z2| or |z2 − z1| exceeds it. Sums are off by 2^−100 of what a pixel can hold, for each cell.
+  PixelAdder(const PixelGrid& grid, double height);
+  /// A triangle, counter-clockwise: the same bits if it begins with the same corner. InputError where a height is no
+  /// finite number.
+  void add(const std::array<Corner, 3>& triangle);
+  [[nodiscard]] PixelSums sums() const;
+
+ private:
+  __extension__ using Int128 = __int128;
+  struct Pixel {
+    Int128 area = 0, z1 = 0, z2 = 0, d = 0;
+  };
+  void add(const Corner& a, const Corner& b, const Corner& c, Pixel& pixel) const;
+
+  PixelGrid grid_;
+  double per_step_, per_area_, per_volume_;  // the last two: steps of the integers in a unit: powers of two
+  std::vector<Pixel> pixels_;
+};
+
+/// The sums of a mesh.
 [[nodiscard]] PixelSums sum_over_pixels(const MeshView& mesh, const PixelGrid& grid, const Context& context);
-/// The same, added to sums of the grid; they may be empty.
-void add_over_pixels(const MeshView& mesh, const PixelGrid& grid, PixelSums& sums, const Context& context);
 
 /// Both heights at places; NaN where no cell is. On a side that cells share, those of the first one. Exact in which
 /// cell holds a place. Cost: O(cells + places).

@@ -125,6 +125,9 @@ class Page : public ViewPage {
   void map(const std::string& png) {
     out_ += view_place;
     if (!png.empty()) picture(png, "Map of the difference B − A in colours centred on zero");
+    if (!look_.words.drawn.empty())
+      out_ += "<p class=\"soft\">Map and view are " + escaped(look_.words.drawn) +
+              "; all numbers are of the cells themselves.</p>\n";
   }
 
   void truth_table(const Truth& truth) {

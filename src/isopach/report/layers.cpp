@@ -3,10 +3,14 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <type_traits>
 
 #include "isopach/base/error.hpp"
+#include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/compare/measured_cells.hpp"
 #include "isopach/report/draw/map.hpp"
@@ -16,7 +20,8 @@ namespace isopach {
 namespace {
 
 constexpr double nan = std::numeric_limits<double>::quiet_NaN();
-constexpr double most_pixels = 0x1p30;  // of all bands together some 50 GB: none of today's rasters is larger
+constexpr double most_pixels = 0x1p30;        // none of today's rasters is larger
+constexpr std::uint64_t bytes_a_pixel = 130;  // sums and bands
 
 /// Along one axis: the multiples of the step that hold all from `low` to `high`, which are local coordinates.
 struct Span {
@@ -83,6 +88,11 @@ struct MapGrid {
     if (!(across.count * up.count <= most_pixels))
       throw UsageError(fmt::format("@raster: {:.4g} by {:.4g} pixels are too many: choose a larger step than {}",
                                    across.count, up.count, step));
+    const auto bytes = static_cast<std::uint64_t>(across.count * up.count) * bytes_a_pixel;
+    if (bytes > usable_memory())
+      throw UsageError(
+          fmt::format("@raster: {:.4g} by {:.4g} pixels take about {}, and there are {}: choose a larger step than {}",
+                      across.count, up.count, bytes_in_words(bytes), bytes_in_words(usable_memory()), step));
     pixels = {across.first * step - offset[0], up.first * step - offset[1], step,
               static_cast<std::size_t>(across.count), static_cast<std::size_t>(up.count)};
     geotransform = {across.first * step, step, 0, (up.first + up.count) * step, 0, -step};
@@ -108,33 +118,46 @@ RasterLayers layers_of(const MapGrid& grid, const PixelSums& sums, double height
   return layers;
 }
 
-/// Some cells of a part with nodes of their own.
-MeasuredCells cells_of(const CellPart& part, std::size_t begin, std::size_t end) {
-  MeasuredCells cells;
-  for (std::size_t i = begin; i < end; ++i) {
-    std::array<std::int32_t, 3> t{};
-    for (std::size_t k = 0; k < 3; ++k) {
-      const Index v = part.triangles[i][k];
-      t[k] = static_cast<std::int32_t>(cells.xy.size());
-      cells.xy.push_back(part.xy[v]), cells.z1.push_back(part.z1[v]), cells.z2.push_back(part.z2[v]);
-    }
-    cells.triangles.push_back(t);
-  }
-  return cells;
+/// No height in the frame, and no difference of two, is larger.
+double largest_height(const Comparison& c, const MeasuredCells& cells) {
+  const Box3& box = c.frame.box;
+  if (!box.empty()) return std::max(std::fabs(box.min.z), std::fabs(box.max.z)) + (box.max.z - box.min.z);
+  double height = 0;
+  for (std::size_t i = 0; i < cells.z1.size(); ++i)
+    height = std::max(height, std::fabs(cells.z1[i]) + std::fabs(cells.z2[i]));
+  return height;
 }
 
-/// f(mesh) for all cells, some hundred thousand at a time.
+std::array<Corner, 3> corners_of(const MeasuredCells& cells, std::size_t i) {
+  std::array<Corner, 3> at{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const auto v = static_cast<std::size_t>(cells.triangles[i][k]);
+    at[k] = {cells.xy[v].x, cells.xy[v].y, cells.z1[v], cells.z2[v]};
+  }
+  return at;
+}
+std::array<Corner, 3> corners_of(const CellPart& part, std::size_t i) {
+  std::array<Corner, 3> at{};
+  for (std::size_t k = 0; k < 3; ++k) {
+    const Index v = part.triangles[i][k];
+    at[k] = {part.xy[v].x, part.xy[v].y, part.z1[v], part.z2[v]};
+  }
+  return at;
+}
+
+/// f(corners) for all cells, those of the parts first.
 template <class F>
-void for_meshes(const PartedCells& parted, const MeasuredCells& rest, const Context& context, F&& f) {
+void for_corners(const PartedCells& parted, const MeasuredCells& rest, const Context& context, F&& f) {
   constexpr std::size_t some = std::size_t{1} << 18;
   for (std::size_t begin = 0; begin < parted.in_parts(); begin += some) {
     context.check();
     parted.visit(begin, std::min(begin + some, parted.in_parts()),
                  [&](const auto& view, std::size_t from, std::size_t to) {
-                   if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>) f(cells_of(view, from, to));
+                   if constexpr (std::is_same_v<std::decay_t<decltype(view)>, CellPart>)
+                     for (std::size_t i = from; i < to; ++i) f(corners_of(view, i));
                  });
   }
-  f(rest);
+  for (std::size_t i = 0; i < rest.triangles.size(); ++i) f(corners_of(rest, i));
 }
 
 }  // namespace
@@ -142,7 +165,12 @@ void for_meshes(const PartedCells& parted, const MeasuredCells& rest, const Cont
 RasterLayers difference_layers(const Comparison& c, double step, const Context& context) {
   const MeasuredCells cells = in_order(measured_cells(c));
   const MapGrid grid(box_of(cells), cells.offset, step);
-  const PixelSums sums = sum_over_pixels(view_of(cells), grid.pixels, context);
+  PixelAdder adder(grid.pixels, largest_height(c, cells));
+  for (std::size_t i = 0; i < cells.triangles.size(); ++i) {
+    if (i % 4096 == 0) context.check();
+    adder.add(corners_of(cells, i));
+  }
+  const PixelSums sums = adder.sums();
   RasterLayers layers = layers_of(grid, sums, cells.offset[2], c);
   if (cells.lod.empty()) return layers;
   const std::string unit = layers.bands[0].unit;
@@ -159,14 +187,20 @@ RasterLayers difference_layers(const Comparison& c, double step, const Context& 
 RasterLayers difference_layers(const PartedCells& parted, const Comparison& c, double step, const Context& context) {
   const MeasuredCells rest = in_order(measured_cells(c));
   Box2 box;
-  for_meshes(parted, rest, context, [&](const MeasuredCells& cells) {
-    if (!cells.triangles.empty()) box.add(box_of(cells));
+  for_corners(parted, rest, context, [&](const std::array<Corner, 3>& at) {
+    for (const Corner& p : at) box.add(Point2{p.x, p.y});
   });
-  const MapGrid grid(box.empty() ? box_of(rest) : box, rest.offset, step);
-  PixelSums sums;
-  for_meshes(parted, rest, context,
-             [&](const MeasuredCells& cells) { add_over_pixels(view_of(cells), grid.pixels, sums, context); });
-  return layers_of(grid, sums, rest.offset[2], c);
+  if (box.empty()) box.add(Point2{0, 0});
+  return difference_layers(parted, c, step, box, context);
+}
+
+RasterLayers difference_layers(const PartedCells& parted, const Comparison& c, double step, const Box2& within,
+                               const Context& context) {
+  const MeasuredCells rest = in_order(measured_cells(c));
+  const MapGrid grid(within, rest.offset, step);
+  PixelAdder adder(grid.pixels, largest_height(c, rest));
+  for_corners(parted, rest, context, [&](const std::array<Corner, 3>& at) { adder.add(at); });
+  return layers_of(grid, adder.sums(), rest.offset[2], c);
 }
 
 std::string raster_style(const Comparison& c, const MapOptions& look) {

@@ -18,10 +18,13 @@ void require_map_direction(const ProjectOptions& options, const std::string& opt
 /// tests/report/layers_test.cpp.
 [[nodiscard]] RasterLayers difference_layers(const Comparison& c, double step, const Context& context);
 
-/// The same of cells in parts, of which the comparison has those alone that are in no part. Pixels are added up part by
-/// part: the last digit of one may depend on the tiles.
+/// The same of cells in parts, of which the comparison has those alone that are in no part: the same bits, less what
+/// needs a level of detection. Oracle: the whole, tests/cli/tile_test.py.
 [[nodiscard]] RasterLayers difference_layers(const PartedCells& cells, const Comparison& c, double step,
                                              const Context& context);
+/// … of the pixels that cover a box, in frame coordinates: one look at the cells instead of two.
+[[nodiscard]] RasterLayers difference_layers(const PartedCells& cells, const Comparison& c, double step,
+                                             const Box2& within, const Context& context);
 
 /// A style of QGIS for the first band of that: the colours of the map.
 [[nodiscard]] std::string raster_style(const Comparison& c, const MapOptions& look);

@@ -35,6 +35,7 @@ struct MapWords {
   std::string left_out;      ///< beside the colour of what is scanned but has no value
   std::string note;          ///< what the colours mean, at the foot
   std::string across, up;    ///< names of the axes; empty: those of the input
+  std::string drawn;         ///< on the page: of what map and view are drawn, where that is not the cells
 };
 
 /// A line drawn over the map, with a label at its beginning.

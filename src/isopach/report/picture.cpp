@@ -1,0 +1,112 @@
+#include "isopach/report/picture.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "isopach/base/parallel.hpp"
+#include "isopach/delaunay/triangulate.hpp"
+#include "isopach/geom/curve.hpp"
+#include "isopach/report/layers.hpp"
+#include "isopach/report/page/words.hpp"
+
+namespace isopach {
+namespace {
+
+/// What both scans may share, in the frame.
+Box2 shared_box(const Comparison& c) {
+  const Box3& all = c.frame.box;
+  constexpr std::array<double, 9> upright{1, 0, 0, 0, 1, 0, 0, 0, 1};
+  const Box3 &a = c.a.bounds, &b = c.b.bounds;
+  if (c.frame.rotation == upright && !a.empty() && !b.empty()) {
+    const Point3& o = c.frame.origin;
+    const Box2 shared{{std::max(a.min.x, b.min.x) - o.x, std::max(a.min.y, b.min.y) - o.y},
+                      {std::min(a.max.x, b.max.x) - o.x, std::min(a.max.y, b.max.y) - o.y}};
+    if (!shared.empty() && shared.min.y <= shared.max.y) return shared;
+  }
+  return all.empty() ? Box2{{0, 0}, {1, 1}} : Box2{{all.min.x, all.min.y}, {all.max.x, all.max.y}};
+}
+
+Box2 shown_box(const Comparison& c, const MapOptions& look) {
+  if (!look.extent) return shared_box(c);
+  const Point3& o = c.frame.origin;
+  const Box2& e = *look.extent;
+  return {{e.min.x - o.x, e.min.y - o.y}, {e.max.x - o.x, e.max.y - o.y}};
+}
+
+double side_of(const Box2& box, const Comparison& c, const MapOptions& look) {
+  constexpr double squares_a_pixel = 0.6;  // across: as much of its width as the map itself has
+  const double width = box.max.x - box.min.x, height = box.max.y - box.min.y;
+  const double of_map = std::max(width, height) / (squares_a_pixel * look.width);
+  const double of_nodes =
+      std::sqrt(width * height / static_cast<double>(std::max<std::size_t>(1, c.a.nodes + c.b.nodes)));
+  const double side = std::max(of_map, of_nodes);
+  if (!(side > 0)) return 1;
+  const double digit = std::pow(10.0, std::floor(std::log10(side)) - 1);
+  return std::ceil(side / digit) * digit;
+}
+
+struct Square {
+  Point2 at;
+  double z, d;
+};
+
+std::vector<Square> squares_of(const RasterLayers& layers, const Point3& offset) {
+  const Array<double>&d = layers.bands[0].values, &coverage = layers.bands[1].values, &z = layers.bands[2].values;
+  std::vector<Square> squares;
+  for (std::size_t i = 0; i < d.size(); ++i) {
+    if (!(coverage[i] >= 0.5)) continue;
+    const double column = static_cast<double>(i % layers.columns) + 0.5,
+                 row = static_cast<double>(i / layers.columns) + 0.5;
+    const auto& g = layers.geotransform;
+    squares.push_back({{g[0] + column * g[1] - offset.x, g[3] + row * g[5] - offset.y}, z[i] - offset.z, d[i]});
+  }
+  return squares;
+}
+
+/// Of the rows of the frame's rotation: where its origin lies.
+Point3 offset_of(const Frame& frame) {
+  const auto& r = frame.rotation;
+  const Point3& o = frame.origin;
+  const auto along = [&](std::size_t k) { return r[3 * k] * o.x + r[3 * k + 1] * o.y + r[3 * k + 2] * o.z; };
+  return {along(0), along(1), along(2)};
+}
+
+Cells cells_of(const std::vector<Square>& squares, double side, const Frame& frame, const Context& context) {
+  std::vector<Point2> places(squares.size());
+  for (std::size_t i = 0; i < squares.size(); ++i) places[i] = squares[i].at;
+  Cells cells;
+  for (const Index i : curve_order(places, frame.curve)) {
+    const Square& s = squares[i];
+    cells.xy.push_back(s.at), cells.z1.push_back(s.z), cells.z2.push_back(s.z + s.d);
+  }
+  cells.triangulation = triangulate(cells.xy, frame.curve, context);
+  cells.in_domain.resize(cells.triangulation.real);
+  for_each_index(cells.in_domain.size(), [&](std::size_t i) {
+    const auto& v = cells.triangulation.triangles[i].v;
+    bool is_near = true;
+    for (std::size_t k = 0; k < 3; ++k) {
+      const Point2 &p = cells.xy[v[k]], &q = cells.xy[v[(k + 1) % 3]];
+      is_near = is_near && std::max(std::fabs(p.x - q.x), std::fabs(p.y - q.y)) < 1.5 * side;
+    }
+    cells.in_domain[i] = is_near ? 1 : 0;
+  });
+  return cells;
+}
+
+}  // namespace
+
+Picture picture_of(const PartedCells& parted, const Comparison& c, const MapOptions& look, const Context& context) {
+  const Box2 box = shown_box(c, look);
+  Picture picture;
+  picture.side = side_of(box, c, look);
+  const RasterLayers layers = difference_layers(parted, c, picture.side, box, context);
+  picture.cells = cells_of(squares_of(layers, offset_of(c.frame)), picture.side, c.frame, context);
+  return picture;
+}
+
+std::string drawn_by(const Picture& picture, const Comparison& c) {
+  return "drawn by means over squares of " + number(picture.side, Typography::fine, 2) + "\u00a0" + measured_unit(c, 1);
+}
+
+}  // namespace isopach
