@@ -360,6 +360,7 @@ void TiledAnswer::deliver(const Delivery& delivery, OutputFolder* folder, Run& r
   std::string result;
   if (folder != nullptr) {
     folder->write_text("histogram.csv", histogram_csv(comparison));
+    write_changes(comparison, delivery, *folder);
     if (raster) {
       write_raster_layers(folder->path("difference.tif"), *raster, run.context());
       folder->write_text("difference.qml", raster_style(comparison, delivery.map));

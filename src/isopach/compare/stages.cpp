@@ -341,9 +341,6 @@ void find_footprints(Pair& pair, const CompareOptions& options, const Context& c
   });
 }
 
-namespace {
-
-/// By node of scan k: whether its points have a difference.
 Array<unsigned char> compared_nodes(const Pair& pair, const Borders& borders, std::size_t k) {
   const Margin &in_other = borders.measured(1 - k).other, &own = borders.in[k].own;
   Array<unsigned char> compared(pair.scan[k].field.xy.size());
@@ -355,6 +352,8 @@ Array<unsigned char> compared_nodes(const Pair& pair, const Borders& borders, st
   });
   return compared;
 }
+
+namespace {
 
 std::size_t count_points(const HeightField& field, const Array<unsigned char>& of_node) {
   return reduce_blocks<std::size_t>(

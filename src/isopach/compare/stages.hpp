@@ -112,6 +112,9 @@ struct Borders {
 /// What the border keeps of each scan alone.
 void find_footprints(Pair& pair, const CompareOptions& options, const Context& context);
 
+/// By node of scan k: whether its points have a difference.
+[[nodiscard]] Array<unsigned char> compared_nodes(const Pair& pair, const Borders& borders, std::size_t k);
+
 /// Of A: other surface − own height, of B: own height − other surface, into c.fields_a and c.fields_b, if
 /// options.keep_points asks for them. NaN where there is none, and at nodes that lie in folds of their own scan alone,
 /// where folds are left out. Counts the others into c.compared_points.
@@ -125,6 +128,9 @@ void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const P
 /// it does not cut here.
 [[nodiscard]] Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain,
                                Comparison& c, const Context& context);
+
+/// c.cells with the bounds of all that they may be a part of, so that sums over parts go together.
+[[nodiscard]] CellView bounded_cells(const Comparison& c);
 
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.

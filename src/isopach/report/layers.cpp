@@ -137,6 +137,17 @@ void for_meshes(const PartedCells& parted, const MeasuredCells& rest, const Cont
   f(rest);
 }
 
+/// Level of detection, and d as a multiple of it. `level`: its integral over each pixel.
+void add_level(RasterLayers& layers, const MapGrid& grid, const PixelSums& sums, const Array<double>& level) {
+  const std::string unit = layers.bands[0].unit;
+  layers.bands.push_back({"lod", unit, from_top(grid.pixels, [&](std::size_t i) {
+                            return sums.area[i] > 0 ? level[i] / sums.area[i] : nan;
+                          })});
+  layers.bands.push_back({"significance", "", from_top(grid.pixels, [&](std::size_t i) {
+                            return level[i] > 0 ? sums.d[i] / level[i] : nan;
+                          })});
+}
+
 }  // namespace
 
 RasterLayers difference_layers(const Comparison& c, double step, const Context& context) {
@@ -144,15 +155,7 @@ RasterLayers difference_layers(const Comparison& c, double step, const Context& 
   const MapGrid grid(box_of(cells), cells.offset, step);
   const PixelSums sums = sum_over_pixels(view_of(cells), grid.pixels, context);
   RasterLayers layers = layers_of(grid, sums, cells.offset[2], c);
-  if (cells.lod.empty()) return layers;
-  const std::string unit = layers.bands[0].unit;
-  const Array<double> level = level_over(cells, grid.pixels, context);
-  layers.bands.push_back({"lod", unit, from_top(grid.pixels, [&](std::size_t i) {
-                            return sums.area[i] > 0 ? level[i] / sums.area[i] : nan;
-                          })});
-  layers.bands.push_back({"significance", "", from_top(grid.pixels, [&](std::size_t i) {
-                            return level[i] > 0 ? sums.d[i] / level[i] : nan;
-                          })});
+  if (!cells.lod.empty()) add_level(layers, grid, sums, level_over(cells, grid.pixels, context));
   return layers;
 }
 
@@ -166,7 +169,13 @@ RasterLayers difference_layers(const PartedCells& parted, const Comparison& c, d
   PixelSums sums;
   for_meshes(parted, rest, context,
              [&](const MeasuredCells& cells) { add_over_pixels(view_of(cells), grid.pixels, sums, context); });
-  return layers_of(grid, sums, rest.offset[2], c);
+  RasterLayers layers = layers_of(grid, sums, rest.offset[2], c);
+  if (c.uncertainty.lod) {  // one level everywhere
+    Array<double> level(sums.area.size());
+    for_each_index(level.size(), [&](std::size_t i) { level[i] = *c.uncertainty.lod * sums.area[i]; });
+    add_level(layers, grid, sums, level);
+  }
+  return layers;
 }
 
 std::string raster_style(const Comparison& c, const MapOptions& look) {
