@@ -248,6 +248,14 @@ void write_all_cells(const Comparison& c, OutputFolder& folder, const Context& c
 
 }  // namespace
 
+void write_changes(const Comparison& comparison, const Delivery& delivery, OutputFolder& folder) {
+  if (!comparison.changes) return;
+  folder.write_text("changes.csv", changes_csv(comparison));
+  write_vectors(folder.path(std::string("changes.") + ending_of(delivery.vectors)), changes_geojson(comparison),
+                delivery.vectors, crs_of(comparison));
+  folder.write_text("changes.qml", changes_style(comparison, delivery.map));
+}
+
 void add_read_time(Timing& timing, double seconds) {
   timing.stages.insert(timing.stages.begin(), {"read", seconds});
   timing.total += seconds;
@@ -288,12 +296,7 @@ void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, con
   if (folder != nullptr && !comparison.budget.empty()) folder->write_text("budget.csv", budget_csv(comparison));
   std::string map;
   MapOptions look = delivery.map;
-  if (folder != nullptr && comparison.changes) {
-    folder->write_text("changes.csv", changes_csv(comparison));
-    write_vectors(folder->path(std::string("changes.") + ending_of(delivery.vectors)), changes_geojson(comparison),
-                  delivery.vectors, crs_of(comparison));
-    folder->write_text("changes.qml", changes_style(comparison, delivery.map));
-  }
+  if (folder != nullptr) write_changes(comparison, delivery, *folder);
   if (comparison.changes) look.lines = change_lines(comparison);
   if (matched != nullptr)
     look.words.where = where_compared(comparison) + "   ·   " + moved_briefly(*matched, "B", Typography::fine);

@@ -114,6 +114,9 @@ void check_extent(const MapOptions& map, const CloudView& a, const CloudView& b)
 void deliver(Comparison& comparison, const CloudView& a, const CloudView& b, const std::optional<Truth>& truth,
              const Delivery& delivery, OutputFolder* folder, Run& run, const Matching* matched);
 
+/// The files of the objects that changed, where they were asked for.
+void write_changes(const Comparison& comparison, const Delivery& delivery, OutputFolder& folder);
+
 /// Puts the time that a stage took into a result's: of reading, which came first; of writing, which comes last and is
 /// told of the last time alone.
 void add_read_time(Timing& timing, double seconds);

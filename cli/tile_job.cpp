@@ -17,6 +17,7 @@
 #include "isopach/base/error.hpp"
 #include "isopach/base/memory.hpp"
 #include "isopach/base/parallel.hpp"
+#include "isopach/compare/changes.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/geom/convex_hull.hpp"
 #include "isopach/geom/curve.hpp"
@@ -376,6 +377,7 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
     Comparison refused;
     stages::check_units(job.scan[0].header(), job.scan[1].header(), options, refused);
     job.frame = choose_frame({job.scan[0].extent, job.scan[1].extent}, {a, b}, options.project.direction);
+    stages::check_changes(options, job.frame);
     made.make();
     require_room(folder, job);
     context.step("sorting points into tiles", 0);
@@ -406,6 +408,7 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
         input.scan[s].field = project_part(points, job.frame, options.project.duplicates,
                                            stages::asks_spreads(options) ? &input.scan[s].spread : nullptr, context);
         refuse_duplicates(job.scan[s], input.scan[s].field.cleaning, options);
+        if (options.changes.asked) input.scan[s].points = stages::points_of_nodes(input.scan[s].field);
         Array<Index>().swap(input.scan[s].field.node_of_point);
       }
       const SolvedTile solved = solve_tile(std::move(input), options, context);

@@ -11,11 +11,13 @@
 #include <nlohmann/json.hpp>
 
 #include "isopach/base/error.hpp"
+#include "isopach/compare/changes.hpp"
 #include "isopach/compare/compare.hpp"
 #include "isopach/compare/stages.hpp"
 #include "isopach/geom/convex_hull.hpp"
 #include "isopach/geom/coordinate_hash.hpp"
 #include "isopach/io/read.hpp"
+#include "isopach/report/changes.hpp"
 #include "isopach/report/report.hpp"
 #include "isopach/simulate/scene.hpp"
 #include "isopach/tiles/join.hpp"
@@ -131,6 +133,7 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
   stages::check_units(a, b, options, c);
   stages::describe_inputs(a, b, pair, c, context);
   const stages::MergedSpreads spreads = stages::merged_spreads(a, b, pair, options);
+  const stages::PointCounts points = stages::points_of_nodes(pair, options);
   TilesToJoin tiles;
   tiles.is_raster = {spreads[0].is_raster, spreads[1].is_raster};
   std::array<ConvexHull, 2> hulls;
@@ -147,6 +150,7 @@ Joined join(const Cloud& a, const Cloud& b, const CompareOptions& options, int l
       input.scan[k].field.keys = slice(field.keys, s.run[k]);
       input.scan[k].spread = slice(spreads[k].of_node, s.run[k]);
       input.scan[k].is_raster = spreads[k].is_raster;
+      input.scan[k].points = slice(points[k], s.run[k]);
       input.scan[k].hull = hulls[k].corners();
     }
     const auto& first = input.scan[0].field.xy.empty() ? input.scan[1].field.xy : input.scan[0].field.xy;
@@ -232,6 +236,11 @@ Joined expect_whole(const Cloud& a, const Cloud& b, const CompareOptions& option
     if (!refusal.empty()) continue;
     const nlohmann::json expected = without_timing(whole), found = without_timing(joined.comparison);
     EXPECT_EQ(found, expected) << nlohmann::json::diff(expected, found).dump(1).substr(0, 3000);
+    if (options.changes.asked) {
+      EXPECT_EQ(joined.comparison.compared_points, whole.compared_points);
+      EXPECT_EQ(changes_csv(joined.comparison), changes_csv(whole));
+      EXPECT_EQ(changes_geojson(joined.comparison), changes_geojson(whole));
+    }
     const std::optional<Displacement> lies_off = plain_displacement(whole, {});
     EXPECT_EQ(joined.displacement.has_value(), lies_off.has_value());
     if (lies_off && joined.displacement) {
@@ -391,6 +400,96 @@ TEST(Tiles, OfScansThatHardlyOverlap) {
   const Cloud inside = shifted(rough_cloud(tiny(1500, 3), 3), {0.5, 0.5, 0});
   expect_whole(a, inside, of_numbers(), {{1, any}, {3, any}, {0, 50}});
   expect_whole(inside, a, of_numbers(), {{1, any}, {3, any}, {0, 50}});
+}
+
+CompareOptions of_changes(double level, std::optional<double> min_area = std::nullopt) {
+  CompareOptions options = of_numbers();
+  options.uncertainty.lod = level;
+  options.changes.asked = true;
+  options.changes.min_area = min_area;
+  return options;
+}
+
+// Objects are joined across tiles.
+TEST(TiledChanges, OfAHillside) {
+  const Scene scene = make_scene("terrain", sized(6000, 5000), {});
+  for (const double level : {0.05, 0.3, 1.0}) {
+    SCOPED_TRACE(level);
+    const Joined joined =
+        expect_whole(scene.a, scene.b, of_changes(level), {{1, any}, {0, 3}, {0, 40}, {0, 700}, {4, any}});
+    ASSERT_TRUE(joined.comparison.changes.has_value());
+    EXPECT_GT(joined.comparison.uncertainty.detected->area, 0);
+  }
+  CompareOptions options = of_changes(0.2, 0);
+  options.changes.height = 0.1, options.changes.min_volume = 3;
+  const Joined joined = expect_whole(scene.a, scene.b, options, {{2, any}, {0, 100}});
+  EXPECT_FALSE(joined.comparison.changes->list.empty());
+  options = of_changes(0);
+  options.changes.height = 0.4;
+  expect_whole(scene.a, scene.b, options, {{2, any}, {0, 100}});
+}
+
+TEST(TiledChanges, OfOneObjectOverAllTilesAndOfNone) {
+  const Cloud a = rough_cloud(uniform(9000, 1), 1), b = shifted(rough_cloud(uniform(7000, 2), 2), {0, 0, 10});
+  const Joined all = expect_whole(a, b, of_changes(1), {{1, any}, {3, any}, {0, 30}});
+  ASSERT_EQ(all.comparison.changes->list.size(), 1U);
+  EXPECT_GT(all.tiles, 60U);
+  EXPECT_GT(join(a, b, of_changes(1), 1, any).final_cells, 0U);
+  const Joined none = expect_whole(a, b, of_changes(100), {{1, any}, {0, 30}});
+  EXPECT_TRUE(none.comparison.changes->list.empty());
+}
+
+// Holes, islands, folds and rims: cells that are cut lie beside final ones.
+TEST(TiledChanges, OfScansWithFoldsHolesAndIslands) {
+  const Cloud a = folded(3500, 1), b = folded(2500, 2);
+  for (const FoldRule folds : {FoldRule::leave_out, FoldRule::keep})
+    for (const BorderRule border : {BorderRule::trim, BorderRule::hull})
+      for (const std::optional<double> min_area : {std::optional<double>{}, std::optional<double>{0}}) {
+        CompareOptions options = of_changes(0.002, min_area);
+        options.folds = folds, options.border = border;
+        const Joined joined = expect_whole(a, b, options, {{1, any}, {3, any}, {0, 300}, {0, 3}});
+        EXPECT_GT(joined.comparison.changes->list.size(), 3U);
+      }
+}
+
+TEST(TiledChanges, OfScansWithHolesInsideTiles) {
+  const Cloud a = pierced(20000, 3, 0, 4), b = pierced(30000, 20, 12, 5);
+  const Joined joined = expect_whole(a, b, of_changes(0.0005, 0), {{1, any}, {2, any}});
+  EXPECT_GT(joined.final_cells, 500U);
+  EXPECT_GT(joined.comparison.changes->list.size(), 10U);
+}
+
+// Heights on a lattice: d is at the level, and objects touch in nodes and along sides.
+TEST(TiledChanges, ThatTouchWhereTheyReachTheLevel) {
+  Random random(7);
+  Cloud a, b;
+  for (int i = 0; i < 48; ++i)
+    for (int k = 0; k < 40; ++k) {
+      a.points.push_back({i / 64.0, k / 64.0, 0});
+      b.points.push_back({i / 64.0, k / 64.0, std::floor(random.uniform(-3, 4)) / 4});
+    }
+  for (int i = 0; i < 300; ++i)  // several points of one place
+    b.points.push_back({std::floor(random.uniform(0, 48)) / 64, std::floor(random.uniform(0, 40)) / 64, 0.25});
+  for (const double level : {0.25, 0.5})
+    for (const DuplicatePolicy policy : {DuplicatePolicy::mean, DuplicatePolicy::max}) {
+      CompareOptions options = of_changes(level, 0);
+      options.project.duplicates = policy;
+      const Joined joined = expect_whole(a, b, options, {{1, any}, {2, any}, {0, 100}, {0, 3}});
+      EXPECT_GT(joined.comparison.changes->list.size(), 10U);
+    }
+}
+
+TEST(TiledChanges, OfScansThatHardlyOverlap) {
+  const Cloud a = rough_cloud(uniform(1500, 1), 1);
+  const Cloud b = shifted(rough_cloud(uniform(1500, 2), 2), {0.5, 0.1, 0});
+  const Cloud inside = shifted(rough_cloud(tiny(1500, 3), 3), {0.5, 0.5, 0});
+  for (const BorderRule border : {BorderRule::trim, BorderRule::hull})
+    for (const Cloud* other : {&b, &inside}) {
+      CompareOptions options = of_changes(0.1);
+      options.border = border;
+      expect_whole(a, *other, options, {{1, any}, {3, any}, {0, 50}});
+      expect_whole(*other, a, options, {{1, any}, {3, any}, {0, 50}});
+    }
 }
 
 // What lies beyond the hull of the other scan stays in its tile.

@@ -436,9 +436,9 @@ class View {
   }
 
   private thinning(): string {
-    const {data} = this.stage.surface, unit = this.page.heightUnit;
-    return data.whole ? 'The view has every node of the comparison.'
-      : `The view has ${fixed(data.nodes, 0)} of ${fixed(data.of, 0)} nodes. At every node of the comparison its d is within ${num(data.error.d, 2)} ${unit} of the exact one, within ${num(data.error.rms, 2)} ${unit} as the root mean square.`;
+    const {data} = this.stage.surface, unit = this.page.heightUnit, {node, nodes} = this.page.words;
+    return data.whole ? `The view has every ${node}.`
+      : `The view has ${fixed(data.nodes, 0)} of ${fixed(data.of, 0)} ${nodes}. At every ${node} its d is within ${num(data.error.d, 2)} ${unit} of the exact one, within ${num(data.error.rms, 2)} ${unit} as the root mean square.`;
   }
 
   private showSection(stretches: Stretch[]): void {

@@ -261,7 +261,15 @@ std::vector<BorderSide> sides_in_t(const Borders& borders, const UnitedNodes& g)
   return sides;
 }
 
+/// A surface that is not linear may overshoot its nodes: then bounds are those of the cells.
+CellView with_bounds(CellView cells, const Frame& frame, const CompareOptions& options) {
+  if (options.interpolation == Interpolation::linear && !frame.box.empty()) cells.bounds = bounds_of(frame);
+  return cells;
+}
+
 }  // namespace
+
+CellView bounded_cells(const Comparison& c) { return with_bounds(c.cells.view(), c.frame, c.options); }
 
 Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain, Comparison& c,
                  const Context& context) {
@@ -283,8 +291,7 @@ Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const
   const CellRules rules(common, cells.xy, pair, borders, c.options);
   const std::vector<BorderSide> sides = sides_in_t(borders, common.nodes);
   const std::vector<RimCrossing> all_across = crossings(cells.triangulation, cells.xy, sides, context);
-  const bool may_overshoot = c.options.interpolation != Interpolation::linear;
-  common.bounds = may_overshoot || pair.frame.box.empty() ? bounds_of(cells.view()) : bounds_of(pair.frame);
+  common.bounds = bounds_of(with_bounds(cells.view(), pair.frame, c.options));
   const SumScales scales(common.bounds);
   Found found = reduce_blocks<Found>(
       cells.triangulation.real, default_block,

@@ -6,24 +6,13 @@
 #include <cmath>
 
 #include "isopach/base/error.hpp"
+#include "isopach/compare/stages.hpp"
 #include "isopach/measure/changes/change_nodes.hpp"
 
 namespace isopach::stages {
 namespace {
 
 constexpr double points_of_least = 10;  // of the sparser scan: the smallest object that is told, unless asked otherwise
-
-ChangeLevel level_of(const Comparison& c) {
-  if (c.options.changes.height > 0) return ChangeLevel(c.options.changes.height);
-  if (c.options.uncertainty.lod > 0) return ChangeLevel(c.options.uncertainty.lod);
-  return ChangeLevel(c.cells.lod);
-}
-
-double least_area(const Comparison& c) {
-  if (c.options.changes.min_area) return *c.options.changes.min_area;
-  const std::size_t fewer = std::min(c.compared_points[0], c.compared_points[1]);
-  return points_of_least * c.domain_area / static_cast<double>(std::max<std::size_t>(1, fewer));
-}
 
 void count_points(const Array<Index>& object_of, const UnitedNodes& nodes, const PointCounts& points,
                   std::vector<Change>& list) {
@@ -46,6 +35,18 @@ struct ObjectWeights {
 };
 
 }  // namespace
+
+ChangeLevel change_level(const Comparison& c) {
+  if (c.options.changes.height > 0) return ChangeLevel(c.options.changes.height);
+  if (c.options.uncertainty.lod > 0) return ChangeLevel(c.options.uncertainty.lod);
+  return ChangeLevel(c.cells.lod);
+}
+
+double least_change_area(const Comparison& c) {
+  if (c.options.changes.min_area) return *c.options.changes.min_area;
+  const std::size_t fewer = std::min(c.compared_points[0], c.compared_points[1]);
+  return points_of_least * c.domain_area / static_cast<double>(std::max<std::size_t>(1, fewer));
+}
 
 void check_changes(const CompareOptions& options) {
   const ChangeOptions& o = options.changes;
@@ -80,24 +81,24 @@ void check_changes(const CompareOptions& options, const Frame& frame) {
       "scans by @pose");
 }
 
+Array<Index> points_of_nodes(const HeightField& field) {
+  Array<Index> count(field.z.size(), 0);
+  for (const Index node : field.node_of_point)
+    if (node != no_index) ++count[node];
+  return count;
+}
+
 PointCounts points_of_nodes(const Pair& pair, const CompareOptions& options) {
-  PointCounts counts;
-  if (!options.changes.asked) return counts;
-  for (std::size_t scan = 0; scan < 2; ++scan) {
-    const HeightField& field = pair.scan[scan].field;
-    counts[scan].assign(field.z.size(), 0);
-    for (const Index node : field.node_of_point)
-      if (node != no_index) ++counts[scan][node];
-  }
-  return counts;
+  if (!options.changes.asked) return {};
+  return {points_of_nodes(pair.scan[0].field), points_of_nodes(pair.scan[1].field)};
 }
 
 void describe_changes(const UnitedNodes& nodes, const PointCounts& points, const Noise& noise, Comparison& c,
                       const Context& context) {
   if (!c.options.changes.asked) return;
-  const ChangeLevel level = level_of(c);
-  const CellView cells = c.cells.view();
-  FoundChanges found = find_changes(cells, level, c.options.changes, least_area(c), context);
+  const ChangeLevel level = change_level(c);
+  const CellView cells = bounded_cells(c);
+  FoundChanges found = find_changes(cells, level, c.options.changes, least_change_area(c), context);
   std::vector<Change>& list = found.changes.list;
   count_points(object_of_nodes(cells, level, found), nodes, points, list);
   noise.describe_changes(nodes, cells, level, found);

@@ -11,6 +11,7 @@
 #include "isopach/base/fixed_sum.hpp"
 #include "isopach/base/parallel.hpp"
 #include "isopach/base/sum.hpp"
+#include "isopach/compare/stages.hpp"
 
 namespace isopach::stages {
 
@@ -308,7 +309,7 @@ void Noise::describe(const UnitedNodes& nodes, const OverlayNoise& over, Compari
     u.lod = o.lod;
     u.lod_is_given = true;
     c.cells.lod.assign(c.cells.xy.size(), o.lod);
-    u.detected = over.detected ? *over.detected : detect(c.cells.view(), o.lod, context_);
+    u.detected = over.detected ? *over.detected : detect(bounded_cells(c), o.lod, context_);
   } else if (has_sigmas()) {
     describe_levels(nodes, over, c);
   }

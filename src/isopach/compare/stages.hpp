@@ -130,6 +130,9 @@ void describe_points(const CloudView& cloud_a, const CloudView& cloud_b, const P
 [[nodiscard]] Cells make_cells(Common& common, const Pair& pair, const Borders& borders, const Domain& domain,
                                Comparison& c, const Context& context);
 
+/// c.cells with the bounds of all that they may be a part of, so that sums over parts go together.
+[[nodiscard]] CellView bounded_cells(const Comparison& c);
+
 /// Measures over the exact overlay of what the borders keep of both meshes, as options.surface asks for: all of them
 /// into c.measures, or the sums into c.overlay.
 void measure_overlay(const OverlayCells& cells, const AreaOfInterest& area, Comparison& c, const Context& context);

@@ -22,6 +22,7 @@ struct CellPart {
   std::span<const double> z1, z2;
   std::span<const std::array<Index, 3>> triangles;  ///< counter-clockwise, the corner first on the curve first
   std::size_t first_node = 0;                       ///< number of the first of its nodes on the curve, among all of T
+  std::span<const std::array<Index, 2>> points{};   ///< by node: of how many points of either scan; empty: not known
 
   [[nodiscard]] double d(Index node) const { return z2[node] - z1[node]; }
   [[nodiscard]] Cell cell(std::size_t i) const {
@@ -48,6 +49,11 @@ class PartedCells {
   [[nodiscard]] std::size_t items() const { return in_parts() + items_of(rest_); }
   [[nodiscard]] std::size_t in_parts() const { return first_.back(); }
 
+  /// f(CellPart) for all of them, one after the other.
+  template <class F>
+  void for_parts(F&& f) const {
+    for (const PartedCellsPart& part : parts_) f(*part.open());
+  }
   /// f(CellPart or CellView, begin, end) for the items in a range, by their own numbers.
   template <class F>
   void visit(std::size_t begin, std::size_t end, F&& f) const {

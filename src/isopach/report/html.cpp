@@ -58,7 +58,10 @@ class Page : public ViewPage {
   [[nodiscard]] std::string write_with_view(const PageOptions& options, const Context& context) {
     write(options.map_png, options.truth);
     ViewWords words;
-    words.command = "isopach compare " + quoted(c_.a.path) + " " + quoted(c_.b.path);
+    if (look_.words.drawn.empty())
+      words.command = "isopach compare " + quoted(c_.a.path) + " " + quoted(c_.b.path);
+    else
+      words.node = "square of the picture", words.nodes = "squares";
     return with_view({{"", &c_}}, words, look_, context);
   }
 

@@ -160,6 +160,26 @@ void for_corners(const PartedCells& parted, const MeasuredCells& rest, const Con
   for (std::size_t i = 0; i < rest.triangles.size(); ++i) f(corners_of(rest, i));
 }
 
+bool is_even(const Comparison& c) { return c.uncertainty.lod && c.uncertainty.lod_is_given; }
+
+/// The integral over each pixel of a level of detection that is the same everywhere.
+Array<double> even_level(double lod, const PixelSums& sums) {
+  Array<double> level(sums.area.size());
+  for_each_index(level.size(), [&](std::size_t i) { level[i] = lod * sums.area[i]; });
+  return level;
+}
+
+/// Level of detection, and d as a multiple of it. `level`: its integral over each pixel.
+void add_level(RasterLayers& layers, const MapGrid& grid, const PixelSums& sums, const Array<double>& level) {
+  const std::string unit = layers.bands[0].unit;
+  layers.bands.push_back({"lod", unit, from_top(grid.pixels, [&](std::size_t i) {
+                            return sums.area[i] > 0 ? level[i] / sums.area[i] : nan;
+                          })});
+  layers.bands.push_back({"significance", "", from_top(grid.pixels, [&](std::size_t i) {
+                            return level[i] > 0 ? sums.d[i] / level[i] : nan;
+                          })});
+}
+
 }  // namespace
 
 RasterLayers difference_layers(const Comparison& c, double step, const Context& context) {
@@ -172,15 +192,9 @@ RasterLayers difference_layers(const Comparison& c, double step, const Context& 
   }
   const PixelSums sums = adder.sums();
   RasterLayers layers = layers_of(grid, sums, cells.offset[2], c);
-  if (cells.lod.empty()) return layers;
-  const std::string unit = layers.bands[0].unit;
-  const Array<double> level = level_over(cells, grid.pixels, context);
-  layers.bands.push_back({"lod", unit, from_top(grid.pixels, [&](std::size_t i) {
-                            return sums.area[i] > 0 ? level[i] / sums.area[i] : nan;
-                          })});
-  layers.bands.push_back({"significance", "", from_top(grid.pixels, [&](std::size_t i) {
-                            return level[i] > 0 ? sums.d[i] / level[i] : nan;
-                          })});
+  if (!cells.lod.empty())
+    add_level(layers, grid, sums,
+              is_even(c) ? even_level(*c.uncertainty.lod, sums) : level_over(cells, grid.pixels, context));
   return layers;
 }
 
@@ -200,7 +214,10 @@ RasterLayers difference_layers(const PartedCells& parted, const Comparison& c, d
   const MapGrid grid(within, rest.offset, step);
   PixelAdder adder(grid.pixels, largest_height(c, rest));
   for_corners(parted, rest, context, [&](const std::array<Corner, 3>& at) { adder.add(at); });
-  return layers_of(grid, adder.sums(), rest.offset[2], c);
+  const PixelSums sums = adder.sums();
+  RasterLayers layers = layers_of(grid, sums, rest.offset[2], c);
+  if (is_even(c)) add_level(layers, grid, sums, even_level(*c.uncertainty.lod, sums));
+  return layers;
 }
 
 std::string raster_style(const Comparison& c, const MapOptions& look) {

@@ -102,6 +102,7 @@ Picture picture_of(const PartedCells& parted, const Comparison& c, const MapOpti
   picture.side = side_of(box, c, look);
   const RasterLayers layers = difference_layers(parted, c, picture.side, box, context);
   picture.cells = cells_of(squares_of(layers, offset_of(c.frame)), picture.side, c.frame, context);
+  if (c.uncertainty.lod) picture.cells.lod.assign(picture.cells.xy.size(), *c.uncertainty.lod);
   return picture;
 }
 

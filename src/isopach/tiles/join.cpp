@@ -12,6 +12,7 @@
 #include "isopach/measure/domain.hpp"
 #include "isopach/overlay/pair.hpp"
 #include "isopach/tiles/flags.hpp"
+#include "isopach/tiles/parted_changes.hpp"
 #include "isopach/tiles/parted_slivers.hpp"
 
 namespace isopach {
@@ -69,6 +70,7 @@ class Joiner {
 
     if (tiles_.heights != nullptr)
       for_both([&](std::size_t k) { (*tiles_.heights)[k] = heights_of_other(k, borders); });
+    count_compared(borders);
 
     clock_.start("detail");
     measure_detail();
@@ -87,6 +89,8 @@ class Joiner {
     stages::describe_domain(borders, c_);
     const RestOfCells of_rest{common.counted, number_of(common.nodes)};
     describe_slivers(cells, of_rest, c_, context_);
+    describe_level(cells, c_, context_);
+    describe_changes(cells, of_rest, c_, context_);
     clock_.stop();
     if (tiles_.look) tiles_.look(cells);
     return displacement(cells, of_rest);
@@ -218,6 +222,21 @@ class Joiner {
       for (std::size_t k = 0; k < 2; ++k) real[k] += part.scan[k].triangles;
     c_.t1 = static_cast<Index>(real[0]), c_.t2 = static_cast<Index>(real[1]);
     c_.visited_1_in_2 = c_.visited_2_in_1 = 0;
+  }
+
+  /// Points with a difference, which the smallest object that is told depends on.
+  void count_compared(const stages::Borders& borders) {
+    if (!c_.options.changes.asked) return;
+    for (std::size_t k = 0; k < 2; ++k) {
+      const Array<unsigned char> is_compared = stages::compared_nodes(pair_, borders, k);
+      std::size_t& count = c_.compared_points[k];
+      std::size_t node = 0;
+      for (Part& part : tiles_.parts) {
+        count += part.scan[k].compared;
+        for (const Index points : part.scan[k].points) count += is_compared[node++] != 0 ? points : 0;
+        release(part.scan[k].points);
+      }
+    }
   }
 
   void measure_detail() {

@@ -47,6 +47,10 @@ struct ScanPart {
   DetailOfScan detail;          ///< … with area_known; sums of those with detail_known
   Cleaning cleaning;            ///< of the points of the tile
   LayerCheck layers;            ///< what its nodes tell
+
+  // Where changes are asked for.
+  Array<Index> points;         ///< of nodes passed up: points they were made of that are not among `compared`; or empty
+  std::uint64_t compared = 0;  ///< points with a difference
 };
 
 struct Part {
@@ -63,8 +67,9 @@ struct FinalCells {
   Array<Point2> xy;      ///< all nodes of T of the tile, so that their numbers say where on the curve they are
   Array<double> z1, z2;  ///< at a node of the other scan NaN where the tile does not know it: at no corner of a cell
   Array<Corners> triangles;
+  Array<std::array<Index, 2>> points;  ///< by node: of how many points of either scan, where changes are asked for
 
-  [[nodiscard]] CellPart view(std::size_t first_node) const { return {xy, z1, z2, triangles, first_node}; }
+  [[nodiscard]] CellPart view(std::size_t first_node) const { return {xy, z1, z2, triangles, first_node, points}; }
 };
 
 }  // namespace isopach

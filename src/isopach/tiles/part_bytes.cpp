@@ -118,6 +118,7 @@ void put(Writer& to, const ScanPart& scan) {
   to.put(sums.area), to.put(sums.above), to.put(sums.below), to.put(sums.averaged), to.put(sums.bare);
   to.put(scan.detail.area), to.put(static_cast<std::uint64_t>(scan.detail.nodes));
   to.put(scan.cleaning), to.put(scan.layers.state());
+  put_all(to, scan.points), to.put(scan.compared);
 }
 
 void get(Reader& from, ScanPart& scan) {
@@ -132,6 +133,7 @@ void get(Reader& from, ScanPart& scan) {
   LayerCheck::State layers;
   from.get(scan.cleaning), from.get(layers);
   scan.layers = LayerCheck(layers);
+  from.get_all(scan.points), from.get(scan.compared);
 }
 
 /// Numbers that stay within the arrays they are of.
@@ -141,8 +143,8 @@ bool is_whole(const ScanPart& scan, std::uint64_t nodes_of_t) {
     return std::all_of(values.begin(), values.end(), [&](Index v) { return v < end; });
   };
   return scan.z.size() == n && scan.in_t.size() == n && scan.asked.size() == n &&
-         (scan.spread.empty() || scan.spread.size() == n) && scan.known.size() == scan.certified.size() &&
-         below(scan.in_t, nodes_of_t) &&
+         (scan.spread.empty() || scan.spread.size() == n) && (scan.points.empty() || scan.points.size() == n) &&
+         scan.known.size() == scan.certified.size() && below(scan.in_t, nodes_of_t) &&
          std::all_of(scan.certified.begin(), scan.certified.end(), [&](const Corners& v) { return below(v, n); });
 }
 
@@ -182,6 +184,7 @@ std::string bytes_of(const FinalCells& cells, const std::string& job) {
   Writer to;
   to.put(magic_of_cells), to.put(job);
   put_all(to, cells.xy), put_all(to, cells.z1), put_all(to, cells.z2), put_all(to, cells.triangles);
+  put_all(to, cells.points);
   to.put(magic_of_cells);
   return to.take();
 }
@@ -192,11 +195,13 @@ CellPart cells_of(std::span<const char> bytes, const std::string& job, const std
   from.expect(magic_of_cells, job);
   CellPart part;
   part.xy = from.all<Point2>(), part.z1 = from.all<double>(), part.z2 = from.all<double>();
-  part.triangles = from.all<Corners>();
+  part.triangles = from.all<Corners>(), part.points = from.all<std::array<Index, 2>>();
   std::uint64_t end = 0;
   from.get(end);
   from.expect_end();
-  if (end != magic_of_cells || part.z1.size() != part.xy.size() || part.z2.size() != part.xy.size()) from.refuse();
+  if (end != magic_of_cells || part.z1.size() != part.xy.size() || part.z2.size() != part.xy.size() ||
+      (!part.points.empty() && part.points.size() != part.xy.size()))
+    from.refuse();
   part.first_node = first_node;
   return part;
 }

@@ -315,7 +315,10 @@ class TileSolver {
       part.xy.push_back(scan.field.xy[i]), part.z.push_back(scan.field.z[i]), part.in_t.push_back(in_t[i]);
       part.asked.push_back(own_[k].asked[i]);
       if (!input_.scan[k].spread.empty()) part.spread.push_back(input_.scan[k].spread[i]);
+      if (asks_points()) part.points.push_back(known_[k][i] != 0 ? 0 : input_.scan[k].points[i]);
     }
+    if (asks_points())
+      for (std::size_t i = 0; i < up.size(); ++i) part.compared += known_[k][i] != 0 ? input_.scan[k].points[i] : 0;
     const SumBounds bounds = bounds_of(input_.frame);
     part.border_area = kept_area(all_of(k), bounds, own_[k].border);
     part.detail.nodes = part.nodes = scan.field.xy.size();
@@ -336,6 +339,7 @@ class TileSolver {
     }
     return id;
   }
+  [[nodiscard]] bool asks_points() const { return options_.changes.asked; }
   [[nodiscard]] OverlayMesh all_of(std::size_t k) const { return pair_.mesh(k); }
 
   /// At a node of scan k; of one that is in both scans it is the height of the other's node.
@@ -351,6 +355,12 @@ class TileSolver {
       cells.z1[i] = b != no_index ? height_of_other(1, b) : pair_.scan[0].field.z[a];
       cells.z2[i] = a != no_index ? height_of_other(0, a) : pair_.scan[1].field.z[b];
     });
+    if (asks_points()) {
+      cells.points.resize(n);
+      for (std::size_t i = 0; i < n; ++i)
+        for (std::size_t k = 0; k < 2; ++k)
+          cells.points[i][k] = of(k)[i] != no_index ? input_.scan[k].points[of(k)[i]] : 0;
+    }
     cells.xy = std::move(nodes_.xy);
     for (std::size_t i = 0; i < t_.real; ++i)
       if (final_[i] != 0) cells.triangles.push_back(from_first_corner(t_.triangles[i].v));
@@ -385,10 +395,9 @@ void check_tiled(const CompareOptions& o) {
   if (o.domain != DomainKind::overlap) refuse("domain", "take overlap");
   if (o.weight.kind != WeightSource::Kind::none) refuse("weight", "leave it out");
   if (o.noise_floor) refuse("noise-floor", "leave it out");
-  if (o.changes.asked) refuse("changes", "leave it out");
-  if (o.uncertainty.model != UncertaintyModel::none || o.uncertainty.sigma1.kind != SigmaSource::Kind::none ||
-      o.uncertainty.lod > 0)
-    refuse("uncertainty-model", "leave it, the sigmas and @lod out");
+  if (o.uncertainty.model != UncertaintyModel::none) refuse("uncertainty-model", "leave it out");
+  if (o.uncertainty.sigma1.kind != SigmaSource::Kind::none)
+    refuse("sigma1", "give the level of detection itself by @lod, or leave the sigmas out");
   if (!o.area.include.empty()) refuse("include", "leave it out");
   if (!o.area.exclude.empty()) refuse("exclude", "leave it out");
   if (!o.area.budget.empty()) refuse("budget", "leave it out");

@@ -169,12 +169,6 @@ void add_cell(const CommonCell& c, const Excess& excess, ChangeSums& sums) {
   for (unsigned k = 0; k < part.corners; ++k) sums.look_at(part.at[k].d, part.at[k].at);
 }
 
-double reach_of(const CellView& cells) {
-  double reach = 0;
-  for (const Point2& p : cells.xy) reach = std::max({reach, std::fabs(p.x), std::fabs(p.y)});
-  return reach;
-}
-
 Change change_of(const ChangeSums& sums, bool gained) {
   Change change;
   change.gained = gained;
@@ -307,11 +301,22 @@ void draw_outlines(const CellView& cells, const ChangeLevel& level, FoundChanges
 
 }  // namespace
 
+double reach_of(std::span<const Point2> xy) {
+  double reach = 0;
+  for (const Point2& p : xy) reach = std::max({reach, std::fabs(p.x), std::fabs(p.y)});
+  return reach;
+}
+
 FoundChanges find_changes(const CellView& cells, const ChangeLevel& level, const ChangeOptions& options,
                           double min_area, const Context& context) {
+  return find_changes(cells, level, options, min_area, reach_of(cells.xy), context);
+}
+
+FoundChanges find_changes(const CellView& cells, const ChangeLevel& level, const ChangeOptions& options,
+                          double min_area, double reach, const Context& context) {
   context.check();
   FoundChanges found;
-  const ChangeScales scales(bounds_of(cells), reach_of(cells));
+  const ChangeScales scales(bounds_of(cells), reach);
   Sorter sorter(options, min_area, scales);
   for (std::size_t sign = 0; sign < 2; ++sign) {
     const Excess excess(cells, level, sign == 0 ? 1 : -1);

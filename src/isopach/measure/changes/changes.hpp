@@ -86,4 +86,12 @@ struct FoundChanges {
 [[nodiscard]] FoundChanges find_changes(const CellView& cells, const ChangeLevel& level, const ChangeOptions& options,
                                         double min_area, const Context& context);
 
+/// The same of cells that are a part of a whole, all beside which d exceeds the level among them: `reach` is the
+/// largest coordinate of its nodes, without the sign.
+[[nodiscard]] FoundChanges find_changes(const CellView& cells, const ChangeLevel& level, const ChangeOptions& options,
+                                        double min_area, double reach, const Context& context);
+
+/// The largest coordinate of some nodes, without the sign.
+[[nodiscard]] double reach_of(std::span<const Point2> xy);
+
 }  // namespace isopach

@@ -113,6 +113,9 @@ Detected detect(const CellView& cells, double lod, const Context& context) {
 Detected detect(const OverlayCells& cells, double lod, const Context& context) {
   return detect_constant(cells, lod, context);
 }
+Detected detect(const PartedCells& cells, double lod, const Context& context) {
+  return detect_constant(cells, lod, context);
+}
 
 Detected detect(const OverlayCells& cells, const OverlayLevel& level, const Context& context) {
   context.check();

@@ -4,6 +4,7 @@
 #include <array>
 #include <span>
 
+#include "isopach/measure/parted_cells.hpp"
 #include "isopach/measure/source.hpp"
 
 namespace isopach {
@@ -34,6 +35,7 @@ struct Detected {
 /// The same with one level everywhere.
 [[nodiscard]] Detected detect(const CellView& cells, double lod, const Context& context);
 [[nodiscard]] Detected detect(const OverlayCells& cells, double lod, const Context& context);
+[[nodiscard]] Detected detect(const PartedCells& cells, double lod, const Context& context);
 
 /// A level that varies over the overlay: k √(Σ (s1² + s2²) + rest²), where s1, s2 run over overlays of the same meshes
 /// whose heights are standard deviations, linear on every cell; rest is the same everywhere.

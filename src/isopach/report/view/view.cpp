@@ -112,7 +112,13 @@ Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, con
           {"limit", real(limit)},
           {"palette", look.palette},
           {"flip", look.flip != paints_excess_red(c.unit)},
-          {"words", {{"a", words.a}, {"b", words.b}, {"above", words.above}, {"below", words.below}}},
+          {"words",
+           {{"a", words.a},
+            {"b", words.b},
+            {"above", words.above},
+            {"below", words.below},
+            {"node", words.node},
+            {"nodes", words.nodes}}},
           {"command", clean_utf8(words.command)}};
 }
 
