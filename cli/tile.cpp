@@ -148,6 +148,7 @@ int plan(const Arguments& arguments) {
   if (!command.parse(arguments)) return 0;
   static_cast<void>(settle_options(request));
   check_tiled(request.options);
+  refuse_areas_in_tiles(request.area);
   if (request.match)
     throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
@@ -266,7 +267,9 @@ int reduce(const Arguments& arguments) {
   Command command("tile reduce", "Joins the tiles of a job to the result of the whole.\n", step_codes);
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Output");
-  add_result_options(command, delivery, "Folder for result.json and histogram.csv; made if it is not there");
+  add_result_options(command, delivery,
+                     "Folder for result.json, histogram.csv, of changes changes.csv and changes.geojson; made if it is "
+                     "not there");
   command
       .option(
           "--raster", "STEP", delivery.raster,
