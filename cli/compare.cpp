@@ -1,9 +1,11 @@
 // isopach compare A B
 #include <fmt/core.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <optional>
+#include <utility>
 
 #include "cli/answer.hpp"
 #include "cli/command.hpp"
@@ -287,6 +289,17 @@ std::vector<Tolerance> settle_options(CompareRequest& request) {
   return tolerances;
 }
 
+void refuse_areas_in_tiles(const AreaPaths& area) {
+  const std::array<std::pair<const char*, bool>, 4> given{{{"include", !area.include.empty()},
+                                                           {"exclude", !area.exclude.empty()},
+                                                           {"budget", !area.budget.empty()},
+                                                           {"mask", !area.mask.empty()}}};
+  for (const auto& [name, is_given] : given)
+    if (is_given)
+      throw UsageError(
+          fmt::format("--{}: a comparison by tiles cannot have it: leave it out, or compare in memory", name));
+}
+
 void hint_at_matching(const std::optional<Displacement>& found, Comparison& c) {
   if (!found) return;
   const auto length = [&](double v, int digits = 2) {
@@ -338,6 +351,7 @@ int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<
     throw UsageError(
         "--match: scans that are compared in tiles are given their pose: match samples first, then --pose");
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
+  refuse_areas_in_tiles(request.area);
   refuse_files_of_cells(request.delivery);
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(tolerances);

@@ -149,6 +149,7 @@ int plan(const Arguments& arguments) {
   if (!command.parse(arguments)) return 0;
   static_cast<void>(settle_options(request));
   check_tiled(request.options);
+  refuse_areas_in_tiles(request.area);
   if (request.match)
     throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
   if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
@@ -275,7 +276,8 @@ int reduce(const Arguments& arguments) {
   command.positional("JOB", folder, "Folder of the job");
   command.heading("Output");
   add_result_options(command, delivery,
-                     "Folder for result.json, histogram.csv, report.html and difference.png; made if it is not there");
+                     "Folder for result.json, histogram.csv, report.html, difference.png, of changes changes.csv and "
+                     "changes.geojson; made if it is not there");
   add_page_options(command, delivery, "Title of map and report; without it the names of the scans");
   command
       .option("--raster", "STEP", delivery.raster,

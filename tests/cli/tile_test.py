@@ -244,7 +244,7 @@ class Tiles(CliTest):
         self.fails(2, "tile", says=["plan, run, status"])
         self.fails(2, "tile", "plam", says=["did you mean 'plan'"])
         self.fails(2, "tile", "run", "nowhere", says=["no job"])
-        for words in [["--noise-floor"], ["--surface", "overlay"], ["--changes", "--lod", "1"], ["--domain", "hull"],
+        for words in [["--noise-floor"], ["--surface", "overlay"], ["--domain", "hull"],
                       ["--sigma1", "0.1", "--sigma2", "0.1", "--uncertainty-model", "independent"], ["--interpolation", "cubic"]]:
             self.fails(2, "tile", "plan", self.a, self.b, "-o", "job", *words, says=["tiles"])
         self.fails(2, "tile", "plan", self.a, self.b, "-o", "job", "--match", says=["--match"])
