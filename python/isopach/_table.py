@@ -37,6 +37,13 @@ def arguments(verb: str) -> tuple[dict[str, Any], ...]:
 
 
 @functools.cache
+def writing(verb: str) -> dict[str, dict[str, Any]]:
+    """By keyword: the options that say what is written, and how."""
+    return {keyword_of(row["names"][0]): row for row in rows(verb)
+            if row["heading"] in _WRITES and row["names"][0] not in _NOT_KEYWORDS | _COMPUTES}
+
+
+@functools.cache
 def keywords(verb: str) -> dict[str, dict[str, Any]]:
     """By keyword: what the verb's function takes; how results are written is asked of the result."""
     found = {}

@@ -32,7 +32,7 @@ from typing import Any
 from ._check import path_of, shown
 from ._errors import InputError, ScanWarning, UsageError, error_of
 from ._record import Record
-from ._table import keywords
+from ._table import keywords, writing
 
 __all__ = ["Job", "plan", "status"]
 
@@ -124,12 +124,11 @@ def _run_tile(named: str | None, folder: str, index: int, threads: int, _call_of
     return code, "" if code == 0 else _said(stderr)
 
 
-def _words(options: Mapping[str, Any]) -> list[str]:
-    table = keywords("compare")
+def _words(options: Mapping[str, Any], table: Mapping[str, dict[str, Any]], call: str) -> list[str]:
     words: list[str] = []
     for keyword, value in options.items():
         if keyword not in table:
-            raise TypeError(f"plan() got an unexpected keyword argument {keyword!r}")
+            raise TypeError(f"{call}() got an unexpected keyword argument {keyword!r}")
         row = table[keyword]
         name = "--" + row["names"][0]
         if value is None or (row["flag"] and value is False):
@@ -204,8 +203,12 @@ class Job:
         return self
 
     def reduce(self, output: str | os.PathLike[str] | None = None, *, allow_missing: bool = False,
-               points: bool = False) -> Record:
-        """Joins the tiles; returns the JSON of isopach.compare as a Record. `output`: a folder for result.json.
+               points: bool = False, **options: Any) -> Record:
+        """Joins the tiles; returns the JSON of isopach.compare as a Record.
+
+        `output`: a folder for result.json, the report and the map; `options` say how these look, as in `save` of a
+        result: palette, range, extent, title, author, logo, map_width, svg, report ("short"), pdf, report_vertices,
+        no_map, raster.
 
         `points`: also the differences at the points, two LAZ files a tile, in that folder. `allow_missing`: compares the
         points of the tiles that are done and of the files that could be read; a warning of the result says so.
@@ -213,6 +216,7 @@ class Job:
         words = ["tile", "reduce", self.folder, "--json", "-", "--quiet"]
         if output is not None:
             words += ["-o", os.fsdecode(path_of(output, "output"))]
+        words += _words(options, writing("compare"), "reduce")
         if allow_missing:
             words.append("--allow-missing")
         if points:
@@ -344,7 +348,7 @@ def plan(a: str | os.PathLike[str], b: str | os.PathLike[str], job: str | os.Pat
         words.append(f"--max-memory={max_memory}")
     if tile_points is not None:
         words.append(f"--tile-points={tile_points}")
-    _done(words + _words(options))
+    _done(words + _words(options, keywords("compare"), "plan"))
     planned = Job(job)
     for file in planned.status.broken:
         warnings.warn(f"left out: {file.why}", ScanWarning, stacklevel=2)

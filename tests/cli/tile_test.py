@@ -206,26 +206,6 @@ class Tiles(CliTest):
         shutil.copy(self.path("job/tiles/000001.part"), self.path("other/tiles/000001.part"))
         self.fails(3, "tile", "reduce", "other", says=["another job"])
 
-    def test_raster(self):
-        """Pixels are those of the whole, but for their last digits; their sum is the net volume."""
-        self.plan("--tile-points", "2000")
-        self.run_cli("tile", "run", "job")
-        done = self.run_cli("tile", "reduce", "job", "-o", "tiled", "--raster", "20", code=None)
-        if done.returncode != 0 and "GDAL" in done.stderr:
-            self.skipTest("GDAL is not there")
-        self.assertEqual(done.returncode, 0, done.stderr)
-        self.run_cli("compare", self.a, self.b, "-o", "whole", "--raster", "20", "--no-map", "--no-cells", "--no-points")
-        grids = []
-        for folder in ("tiled", "whole"):
-            self.run_cli("convert", f"{folder}/difference.tif", f"{folder}.xyz")
-            grids.append([list(map(float, row.split())) for row in self.path(f"{folder}.xyz").read_text().splitlines()
-                          if row[0] in "-0123456789"])
-        self.assertEqual(len(grids[0]), len(grids[1]))
-        for one, other in zip(*grids):
-            for p, q in zip(one, other):
-                self.assertAlmostEqual(p, q, delta=1e-9 * max(1, abs(q)))
-        self.assertTrue(self.path("tiled/difference.qml").exists())
-
     def test_help(self):
         overview = self.run_cli("tile", "--help").stdout
         own = set()

@@ -52,6 +52,15 @@ def test_tiles_are_the_whole(scans: tuple[pathlib.Path, pathlib.Path], tmp_path:
     assert len(list((tmp_path / "out").glob("points_a_*.laz"))) == job.status.tiles
     assert (tmp_path / "out/result.json").exists()
     assert "tiles" in repr(job)
+    looks = job.reduce(tmp_path / "looks", title="Hang", report="short", svg=True, map_width=500,
+                       extent=(412200, 5236300, 412700, 5236800))
+    assert numbers(looks) == numbers(whole)
+    assert {"difference.png", "difference.svg", "report.html"} <= {path.name for path in (tmp_path / "looks").iterdir()}
+    assert "<h1>Hang</h1>" in (tmp_path / "looks/report.html").read_text()
+    with pytest.raises(TypeError, match=r"reduce\(\) got an unexpected keyword argument 'border'"):
+        job.reduce(border="hull")
+    with pytest.raises(isopach.UsageError, match="outlines"):
+        job.reduce(tmp_path / "none", outlines=True)
 
 
 def test_scripts(scans: tuple[pathlib.Path, pathlib.Path], tmp_path: pathlib.Path) -> None:

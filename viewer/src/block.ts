@@ -14,9 +14,9 @@ export interface SceneData {
 }
 
 export interface PageData {
-  version: number; title: string; unit: string; heightUnit: string; areaUnit: string; volumeUnit: string;
+  version: number; title: string; drawn?: string; unit: string; heightUnit: string; areaUnit: string; volumeUnit: string;
   crs: string; north: boolean; vertical: boolean; places: boolean; limit: number; palette: string; flip: boolean;
-  words: {a: string; b: string; above: string; below: string; node: string; nodes: string}; command: string; scenes: SceneData[];
+  words: {a: string; b: string; above: string; below: string}; command: string; scenes: SceneData[];
 }
 
 /** Columns of a surface, frame coordinates. */

@@ -436,9 +436,10 @@ class View {
   }
 
   private thinning(): string {
-    const {data} = this.stage.surface, unit = this.page.heightUnit, {node, nodes} = this.page.words;
-    return data.whole ? `The view has every ${node}.`
-      : `The view has ${fixed(data.nodes, 0)} of ${fixed(data.of, 0)} ${nodes}. At every ${node} its d is within ${num(data.error.d, 2)} ${unit} of the exact one, within ${num(data.error.rms, 2)} ${unit} as the root mean square.`;
+    const {data} = this.stage.surface, unit = this.page.heightUnit, {drawn} = this.page;
+    if (drawn) return `The view is ${drawn}${data.whole ? '' : `, and has ${fixed(data.nodes, 0)} of ${fixed(data.of, 0)} of them; at each of these its d is within ${num(data.error.d, 2)} ${unit} of their mean`}.`;
+    return data.whole ? 'The view has every node of the comparison.'
+      : `The view has ${fixed(data.nodes, 0)} of ${fixed(data.of, 0)} nodes. At every node of the comparison its d is within ${num(data.error.d, 2)} ${unit} of the exact one, within ${num(data.error.rms, 2)} ${unit} as the root mean square.`;
   }
 
   private showSection(stretches: Stretch[]): void {
@@ -510,7 +511,7 @@ class View {
 
   private footer(): void {
     const {data} = this.stage.surface, {page} = this, t = data.thinned, x = data.exact;
-    const totals = data.whole ? '' : ` In all it has ${num(t.above, 5)} ${page.volumeUnit} above and ${num(t.below, 5)} below on ${num(t.area, 5)} ${page.areaUnit}; exact are ${num(x.above, 5)} and ${num(x.below, 5)} on ${num(x.area, 5)}.`;
+    const totals = data.whole && !page.drawn ? '' : ` In all it has ${num(t.above, 5)} ${page.volumeUnit} above and ${num(t.below, 5)} below on ${num(t.area, 5)} ${page.areaUnit}; exact are ${num(x.above, 5)} and ${num(x.below, 5)} on ${num(x.area, 5)}.`;
     this.foot.textContent = `${this.thinning()}${totals}`;
   }
 

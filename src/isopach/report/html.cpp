@@ -58,10 +58,7 @@ class Page : public ViewPage {
   [[nodiscard]] std::string write_with_view(const PageOptions& options, const Context& context) {
     write(options.map_png, options.truth);
     ViewWords words;
-    if (look_.words.drawn.empty())
-      words.command = "isopach compare " + quoted(c_.a.path) + " " + quoted(c_.b.path);
-    else
-      words.node = "square of the picture", words.nodes = "squares";
+    if (look_.words.drawn.empty()) words.command = "isopach compare " + quoted(c_.a.path) + " " + quoted(c_.b.path);
     return with_view({{"", &c_}}, words, look_, context);
   }
 
@@ -511,9 +508,11 @@ class Page : public ViewPage {
     row("triangles of B", whole("triangulations.t2"), "", "Delaunay triangulation of the nodes of B");
     row("common triangles", whole("triangulations.common"), "", "of the nodes of both; the measure runs over these");
     row("interface triangles", whole("triangulations.interface"), "", "of those, with corners from both scans");
-    row("triangles visited", whole("localisation.visited_1_in_2"), "",
-        "to place the nodes of A in B, method " + escaped(at("localisation.method").get<std::string>()));
-    row("", whole("localisation.visited_2_in_1"), "", "to place the nodes of B in A");
+    if (c_.visited_1_in_2 + c_.visited_2_in_1 > 0) {  // tiles do not count them
+      row("triangles visited", whole("localisation.visited_1_in_2"), "",
+          "to place the nodes of A in B, method " + escaped(at("localisation.method").get<std::string>()));
+      row("", whole("localisation.visited_2_in_1"), "", "to place the nodes of B in A");
+    }
     row("border trimmed", percent("border.trimmed_area"), "% of area",
         "left out: not supported by the sampling, at the rim and in holes");
     row("", percent("border.trimmed_volume"), "% of volume", "of the gross volume that the hulls alone would give");

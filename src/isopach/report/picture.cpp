@@ -46,6 +46,12 @@ double side_of(const Box2& box, const Comparison& c, const MapOptions& look) {
   return std::ceil(side / digit) * digit;
 }
 
+/// Squares are joined at their middles: those around a frame that was asked for reach to its sides.
+Box2 with_rim(const Box2& box, double side, const MapOptions& look) {
+  if (!look.extent) return box;
+  return {{box.min.x - side, box.min.y - side}, {box.max.x + side, box.max.y + side}};
+}
+
 struct Square {
   Point2 at;
   double z, d;
@@ -82,6 +88,8 @@ Cells cells_of(const std::vector<Square>& squares, double side, const Frame& fra
   }
   cells.triangulation = triangulate(cells.xy, frame.curve, context);
   cells.in_domain.resize(cells.triangulation.real);
+  cells.scanned.assign(cells.triangulation.real,
+                       0);  // between squares nothing is known of the scans, and none is hatched
   for_each_index(cells.in_domain.size(), [&](std::size_t i) {
     const auto& v = cells.triangulation.triangles[i].v;
     bool is_near = true;
@@ -100,7 +108,7 @@ Picture picture_of(const PartedCells& parted, const Comparison& c, const MapOpti
   const Box2 box = shown_box(c, look);
   Picture picture;
   picture.side = side_of(box, c, look);
-  const RasterLayers layers = difference_layers(parted, c, picture.side, box, context);
+  const RasterLayers layers = difference_layers(parted, c, picture.side, with_rim(box, picture.side, look), context);
   picture.cells = cells_of(squares_of(layers, offset_of(c.frame)), picture.side, c.frame, context);
   if (c.uncertainty.lod) picture.cells.lod.assign(picture.cells.xy.size(), *c.uncertainty.lod);
   return picture;

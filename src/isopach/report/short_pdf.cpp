@@ -165,7 +165,8 @@ class Sheets {
 void write_pdf(const std::string& path, const Comparison& c, const MapOptions& look, const Matching* matched,
                bool with_map, const Context& context) {
   context.check();
-  const ShortReport r = short_report(c, look, matched);
+  ShortReport r = short_report(c, look, matched);
+  if (with_map) say_how_drawn(r, look);
   write_text_atomically(path, Sheets(r, c, look).write(with_map));
 }
 

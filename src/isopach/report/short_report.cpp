@@ -247,10 +247,16 @@ ShortReport short_report(const Comparison& c, const MapOptions& look, const Matc
   return Writer(c, look, matched).write();
 }
 
+void say_how_drawn(ShortReport& r, const MapOptions& look) {
+  if (!look.words.drawn.empty())
+    r.meaning.push_back("The map is " + look.words.drawn + "; all numbers are of the cells themselves.");
+}
+
 void write_short_html(const std::string& path, const Comparison& c, const std::string& json, const PageOptions& options,
                       const Context& context) {
   context.check();
-  const ShortReport r = short_report(c, options.look, options.matched);
+  ShortReport r = short_report(c, options.look, options.matched);
+  if (!options.map_png.empty()) say_how_drawn(r, options.look);
   constexpr double map_words = 1.15;  // larger than on a map by itself: it is printed smaller
   const std::string map =
       options.map_png.empty() ? "" : png_of(render_map(c, options.look, context, {0, {}, map_words, true}));

@@ -35,6 +35,8 @@ struct ShortReport {
 };
 
 [[nodiscard]] ShortReport short_report(const Comparison& c, const MapOptions& look, const Matching* matched);
+/// Adds of what the map is drawn, where that is not the cells; for a report with a map.
+void say_how_drawn(ShortReport& r, const MapOptions& look);
 
 /// report.html of that: no script; printed on A4 it has two pages. The map is drawn for it, without
 /// title and numbers, if options.map_png names one; `options.truth` is not shown.

@@ -99,27 +99,23 @@ Json head_json(const std::vector<ViewScene>& scenes, const ViewWords& words, con
     if (!shows_no_difference(*scene.comparison)) limit = std::max(limit, colour_limit(*scene.comparison));
   if (look.range > 0) limit = look.range;
   const bool is_projected = words.places && !c.a.crs.empty() && is_vertical(c);
-  return {{"version", 1},
-          {"title", look.title.empty() ? input_name(c.a) + " → " + input_name(c.b) : clean_utf8(look.title)},
-          {"unit", unit_text(c.unit)},
-          {"heightUnit", measured_unit(c, 1)},
-          {"areaUnit", measured_unit(c, 2)},
-          {"volumeUnit", measured_unit(c, 3)},
-          {"crs", clean_utf8(c.a.crs)},
-          {"north", is_projected},
-          {"vertical", words.places && is_vertical(c)},
-          {"places", words.places},
-          {"limit", real(limit)},
-          {"palette", look.palette},
-          {"flip", look.flip != paints_excess_red(c.unit)},
-          {"words",
-           {{"a", words.a},
-            {"b", words.b},
-            {"above", words.above},
-            {"below", words.below},
-            {"node", words.node},
-            {"nodes", words.nodes}}},
-          {"command", clean_utf8(words.command)}};
+  Json head{{"version", 1},
+            {"title", look.title.empty() ? input_name(c.a) + " → " + input_name(c.b) : clean_utf8(look.title)},
+            {"unit", unit_text(c.unit)},
+            {"heightUnit", measured_unit(c, 1)},
+            {"areaUnit", measured_unit(c, 2)},
+            {"volumeUnit", measured_unit(c, 3)},
+            {"crs", clean_utf8(c.a.crs)},
+            {"north", is_projected},
+            {"vertical", words.places && is_vertical(c)},
+            {"places", words.places},
+            {"limit", real(limit)},
+            {"palette", look.palette},
+            {"flip", look.flip != paints_excess_red(c.unit)},
+            {"words", {{"a", words.a}, {"b", words.b}, {"above", words.above}, {"below", words.below}}},
+            {"command", clean_utf8(words.command)}};
+  if (!look.words.drawn.empty()) head["drawn"] = look.words.drawn;
+  return head;
 }
 
 std::string data_of(const std::vector<ViewScene>& scenes, const Json& head, std::size_t vertices,

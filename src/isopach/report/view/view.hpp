@@ -22,8 +22,7 @@ struct ViewWords {
   std::string a = "A", b = "B";  ///< names of the two surfaces, in buttons
   std::string above = "B above A", below = "B below A";
   bool places = true;   ///< whether coordinates of the frame lead back to those of the input
-  std::string node = "node of the comparison", nodes = "nodes";  ///< what the cells that are shown have as corners
-  std::string command;                                           ///< of exact volumes in a polygon; empty: there is none
+  std::string command;  ///< of exact volumes in a polygon; empty: there is none
 };
 
 /// How large it may become.
