@@ -408,7 +408,7 @@ void run_tile(const Job& job, std::size_t k, const CompareOptions& options, cons
         input.scan[s].field = project_part(points, job.frame, options.project.duplicates,
                                            stages::asks_spreads(options) ? &input.scan[s].spread : nullptr, context);
         refuse_duplicates(job.scan[s], input.scan[s].field.cleaning, options);
-        if (options.changes.asked) input.scan[s].points = stages::points_of_nodes(input.scan[s].field);
+        input.scan[s].points = stages::points_of_nodes(input.scan[s].field);
         Array<Index>().swap(input.scan[s].field.node_of_point);
       }
       const SolvedTile solved = solve_tile(std::move(input), options, context);

@@ -226,15 +226,15 @@ class Joiner {
 
   /// Points with a difference, which the smallest object that is told depends on.
   void count_compared(const stages::Borders& borders) {
-    if (!c_.options.changes.asked) return;
     for (std::size_t k = 0; k < 2; ++k) {
       const Array<unsigned char> is_compared = stages::compared_nodes(pair_, borders, k);
       std::size_t& count = c_.compared_points[k];
-      std::size_t node = 0;
-      for (Part& part : tiles_.parts) {
-        count += part.scan[k].compared;
-        for (const Index points : part.scan[k].points) count += is_compared[node++] != 0 ? points : 0;
-        release(part.scan[k].points);
+      for (std::size_t tile = 0; tile < tiles_.parts.size(); ++tile) {
+        ScanPart& part = tiles_.parts[tile].scan[k];
+        Index node = first_[k][tile];
+        count += part.compared;
+        for (const Index points : part.points) count += is_compared[node++] != 0 ? points : 0;
+        release(part.points);
       }
     }
   }

@@ -48,7 +48,7 @@ struct ScanPart {
   Cleaning cleaning;            ///< of the points of the tile
   LayerCheck layers;            ///< what its nodes tell
 
-  // Where changes are asked for.
+  // Where it is known of how many points nodes were made.
   Array<Index> points;         ///< of nodes passed up: points they were made of that are not among `compared`; or empty
   std::uint64_t compared = 0;  ///< points with a difference
 };

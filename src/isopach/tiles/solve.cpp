@@ -306,6 +306,7 @@ class TileSolver {
   Array<Index> fill(ScanPart& part, std::size_t k) const {
     const Scan& scan = pair_.scan[k];
     const Flags up = passed_up(k);
+    const bool knows_points = !input_.scan[k].points.empty();
     Array<Index> id(up.size(), no_index), in_t(up.size(), no_index);
     for (std::size_t i = 0; i < of(k).size(); ++i)
       if (of(k)[i] != no_index) in_t[of(k)[i]] = static_cast<Index>(i);
@@ -315,9 +316,9 @@ class TileSolver {
       part.xy.push_back(scan.field.xy[i]), part.z.push_back(scan.field.z[i]), part.in_t.push_back(in_t[i]);
       part.asked.push_back(own_[k].asked[i]);
       if (!input_.scan[k].spread.empty()) part.spread.push_back(input_.scan[k].spread[i]);
-      if (asks_points()) part.points.push_back(known_[k][i] != 0 ? 0 : input_.scan[k].points[i]);
+      if (knows_points) part.points.push_back(known_[k][i] != 0 ? 0 : input_.scan[k].points[i]);
     }
-    if (asks_points())
+    if (knows_points)
       for (std::size_t i = 0; i < up.size(); ++i) part.compared += known_[k][i] != 0 ? input_.scan[k].points[i] : 0;
     const SumBounds bounds = bounds_of(input_.frame);
     part.border_area = kept_area(all_of(k), bounds, own_[k].border);
@@ -339,7 +340,6 @@ class TileSolver {
     }
     return id;
   }
-  [[nodiscard]] bool asks_points() const { return options_.changes.asked; }
   [[nodiscard]] OverlayMesh all_of(std::size_t k) const { return pair_.mesh(k); }
 
   /// At a node of scan k; of one that is in both scans it is the height of the other's node.
@@ -355,7 +355,7 @@ class TileSolver {
       cells.z1[i] = b != no_index ? height_of_other(1, b) : pair_.scan[0].field.z[a];
       cells.z2[i] = a != no_index ? height_of_other(0, a) : pair_.scan[1].field.z[b];
     });
-    if (asks_points()) {
+    if (options_.changes.asked) {
       cells.points.resize(n);
       for (std::size_t i = 0; i < n; ++i)
         for (std::size_t k = 0; k < 2; ++k)

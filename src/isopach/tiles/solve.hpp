@@ -14,7 +14,7 @@ struct TileScan {
   HeightField field;     ///< of the points in the square, in the frame of the pair
   Array<double> spread;  ///< by node, as stages::MergedSpread; empty: none
   bool is_raster = false;
-  Array<Index> points;  ///< by node: of how many points it was made; empty where no changes are asked for
+  Array<Index> points;  ///< by node: of how many points it was made; empty: not known
   /// Hull of all nodes of the scan, in whatever tile, counter-clockwise and without three corners on a line: what lies
   /// beyond it of the other scan need not go up. Empty: not known.
   std::vector<Point2> hull;
