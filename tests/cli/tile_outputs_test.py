@@ -84,9 +84,10 @@ class TileOutputs(CliTest):
         self.assertEqual(views[0].group(1), views[1].group(1))
 
     def test_rasters_are_those_of_the_whole_to_the_byte(self):
-        self.has_rasters("compare", *self.scans, "-o", "whole", "--raster", "7", "--no-map", "--no-cells", "--no-points")
+        level = ["--lod", "0.2"]
+        self.has_rasters("compare", *self.scans, "-o", "whole", "--raster", "7", "--no-map", "--no-cells", "--no-points", *level)
         for points in (9000, 400):
-            self.job(f"job{points}", points)
+            self.job(f"job{points}", points, *level)
             self.run_cli("tile", "reduce", f"job{points}", "-o", f"out{points}", "--raster", "7", "--no-map")
             for file in ("difference.tif", "difference.qml"):
                 self.assertEqual(self.path(f"out{points}/{file}").read_bytes(), self.path(f"whole/{file}").read_bytes(), file)
