@@ -380,6 +380,24 @@ bool Command::parse(const Arguments& arguments) {
   return false;
 }
 
+Arguments Command::given_options(const std::vector<std::string>& but) const {
+  Arguments words;
+  for (const CLI::Option* option : app_->get_options()) {
+    const std::vector<std::string>& names = option->get_lnames();
+    if (option->get_positional() || names.empty() || names.front() == "config" ||
+        std::find(but.begin(), but.end(), names.front()) != but.end())
+      continue;
+    const bool is_flag = option->get_items_expected_max() == 0;
+    for (const std::string& value : option->results()) {
+      if (!is_flag)
+        words.push_back("--" + names.front() + "=" + value);
+      else if (value == "true")
+        words.push_back("--" + names.front());
+    }
+  }
+  return words;
+}
+
 std::uint64_t parse_size(const std::string& text, const char* option) {
   constexpr std::string_view units = "kMGT";
   std::string number = text;

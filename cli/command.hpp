@@ -94,6 +94,10 @@ class Command {
   /// False if --help or --version was asked for and printed. Throws UsageError with one line.
   [[nodiscard]] bool parse(const Arguments& arguments);
 
+  /// After parse: the options that were given, on the command line or by --config, as words that give them again; not
+  /// those of these long names, and no positional ones.
+  [[nodiscard]] Arguments given_options(const std::vector<std::string>& but) const;
+
  private:
   [[nodiscard]] std::string unknown_word() const;
 

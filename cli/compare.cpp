@@ -289,7 +289,11 @@ std::vector<Tolerance> settle_options(CompareRequest& request) {
   return tolerances;
 }
 
-void refuse_areas_in_tiles(const AreaPaths& area) {
+void refuse_in_tiles(const CompareRequest& request) {
+  if (request.match)
+    throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
+  if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
+  const AreaPaths& area = request.area;
   const std::array<std::pair<const char*, bool>, 4> given{{{"include", !area.include.empty()},
                                                            {"exclude", !area.exclude.empty()},
                                                            {"budget", !area.budget.empty()},
@@ -347,19 +351,18 @@ bool fits(const CompareRequest& request, const JobLimits& limits, const Context&
 }
 
 int compare_large(CompareRequest& request, const JobLimits& limits, std::vector<Tolerance> tolerances, Run& run) {
-  if (request.match)
-    throw UsageError(
-        "--match: scans that are compared in tiles are given their pose: match samples first, then --pose");
-  if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
-  refuse_areas_in_tiles(request.area);
+  refuse_in_tiles(request);
   refuse_files_of_cells(request.delivery);
   auto answer = std::make_unique<TiledAnswer>();
   answer->tolerances = std::move(tolerances);
   request.options.keep_points = false;
   std::unique_ptr<OutputFolder> folder;
   if (!request.delivery.output.empty()) folder = std::make_unique<OutputFolder>(request.delivery.output);
+  Stopwatch watch;
   answer->comparison = compare_in_tiles(request.path_a, request.path_b, request.options, limits,
                                         answer->look(request.delivery, run.context()), run);
+  Timing& timing = answer->comparison.timing;  // of the join, so far
+  add_read_time(timing, watch.lap() - timing.total);
   return finish(std::move(answer), request.delivery, folder.get(), run);
 }
 

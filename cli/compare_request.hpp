@@ -38,9 +38,9 @@ void add_compare_options(Command& command, CompareRequest& request);
 /// known to fail before any work is done.
 [[nodiscard]] std::vector<Tolerance> settle_options(CompareRequest& request);
 
-/// UsageError, naming the option, for what a comparison in tiles cannot have of polygons and masks, which are not read
-/// yet: check_tiled would not see them.
-void refuse_areas_in_tiles(const AreaPaths& area);
+/// UsageError, naming the option, for what a comparison in tiles cannot have and check_tiled does not see: what is done
+/// before scans are compared, and polygons and masks that are not read yet.
+void refuse_in_tiles(const CompareRequest& request);
 
 /// Of scans that were not matched: warns of B that lies off A as a whole, if it does.
 void hint_at_matching(const std::optional<Displacement>& found, Comparison& c);

@@ -70,45 +70,17 @@ struct JobOptions {
   CompareRequest request;
   std::vector<Tolerance> tolerances;
 
-  explicit JobOptions(const Arguments& words) {
+  explicit JobOptions(const Job& job) {
     Command command("tile", "", "");
     add_compare_options(command, request);
-    if (!command.parse(words)) throw UsageError("the job was planned with --help");
+    if (!command.parse(job.words)) throw UsageError("the job was planned with --help");
     tolerances = settle_options(request);
-    if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
+    request.options.pose = job.pose;
     request.options.keep_points = false;
   }
 };
 
 // --- plan ------------------------------------------------------------------------------------------------------------
-
-/// The words that say what is compared, without those that say where and how large.
-Arguments words_of_comparison(const Arguments& all, const std::string& a, const std::string& b) {
-  static const std::vector<std::string> with_value{"-o",        "--output",   "--max-memory", "--tile-points",
-                                                   "--threads", "--progress", "--max-input",  "--config"};
-  static const std::vector<std::string> alone{"--quiet", "--verbose"};
-  Arguments words;
-  bool has_a = false, has_b = false;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    const std::string& word = all[i];
-    const std::string name = word.substr(0, word.find('='));
-    if (std::find(alone.begin(), alone.end(), word) != alone.end()) continue;
-    if (std::find(with_value.begin(), with_value.end(), name) != with_value.end()) {
-      if (name == word) ++i;
-      continue;
-    }
-    if (!has_a && word == a) {
-      has_a = true;
-      continue;
-    }
-    if (!has_b && word == b) {
-      has_b = true;
-      continue;
-    }
-    words.push_back(word);
-  }
-  return words;
-}
 
 void warn_of_broken_files(const Job& job, Run& run) {
   for (const JobScan& scan : job.scan) {
@@ -149,15 +121,14 @@ int plan(const Arguments& arguments) {
   if (!command.parse(arguments)) return 0;
   static_cast<void>(settle_options(request));
   check_tiled(request.options);
-  refuse_areas_in_tiles(request.area);
-  if (request.match)
-    throw UsageError("--match: a comparison in tiles is given its pose: match samples first, then --pose");
-  if (request.visible) throw UsageError("--visible: a comparison in tiles cannot have it: leave it out");
+  refuse_in_tiles(request);
   if (!request.pose_path.empty()) request.options.pose = read_pose(request.pose_path);
   Run run(request.run);
-  const Job job = plan_job(request.path_a, request.path_b, request.options,
-                           words_of_comparison(arguments, request.path_a, request.path_b), limits,
-                           BrokenFiles::left_out, folder, run.context());
+  // What says what is compared, without what says where and how large.
+  const Arguments words = command.given_options(
+      {"output", "max-memory", "tile-points", "pose", "threads", "progress", "max-input", "quiet", "verbose"});
+  const Job job = plan_job(request.path_a, request.path_b, request.options, words, limits, BrokenFiles::left_out,
+                           folder, run.context());
   warn_of_broken_files(job, run);
   std::uint64_t largest = 0, all = 0;
   for (const JobTile& tile : job.tiles) largest = std::max(largest, tile.square.all()), all += tile.square.all();
@@ -248,7 +219,7 @@ int run_tiles(const Arguments& arguments) {
   Run run(options);
   const Job job = read_job(folder, run.context());
   check_inputs(job);
-  const JobOptions asked(job.words);
+  const JobOptions asked(job);
   std::vector<std::size_t> tiles;
   if (!index.empty()) {
     tiles = tiles_of(index, job.tiles.size());
@@ -299,7 +270,7 @@ int reduce(const Arguments& arguments) {
   const Job job = read_job(folder, run.context());
   check_inputs(job);
   sweep_unfinished_files((job.folder / "tiles").string(), "");
-  JobOptions asked(job.words);
+  JobOptions asked(job);
   check_layers(delivery, asked.request.options.project);
   std::unique_ptr<OutputFolder> output;
   if (!delivery.output.empty()) output = std::make_unique<OutputFolder>(delivery.output);

@@ -134,7 +134,7 @@ class Planner {
     const FileSummary stamp = summarise(path, wanted_, context_);
     if (is_stream(path))
       throw InputError(path + ": it can be read once alone, and tiles take two looks: write it to a file");
-    found.stamp = {path, stamp.bytes, stamp.modified_ns};
+    found.stamp = {fs::absolute(path).lexically_normal().string(), stamp.bytes, stamp.modified_ns};
     found.about = for_each_block(path, wanted_, context_, [&](const Cloud& block) {
       found.extent.add(extent_of(block, pose_of(k), options_.project));
     });
@@ -369,7 +369,7 @@ Job plan_job(const std::string& a, const std::string& b, const CompareOptions& o
   const std::uint64_t most = most_points(limits);
   NewFolder made(folder);
   Job job;
-  job.folder = folder, job.words = words, job.memory = memory_for_tile(limits);
+  job.folder = folder, job.words = words, job.pose = options.pose, job.memory = memory_for_tile(limits);
   run_with_threads(context, [&] {
     Planner planner(job, options, context);
     context.step("first look at the points", 0);

@@ -37,7 +37,7 @@ namespace isopach::cli {
 
 /// A file as it was when the job was planned.
 struct FileStamp {
-  std::string path;
+  std::string path;  ///< absolute: tiles may be run from another folder
   std::uint64_t bytes = 0;
   std::int64_t modified_ns = 0;
 };
@@ -73,7 +73,8 @@ struct JobTile {
 struct Job {
   std::filesystem::path folder;
   std::string id;            ///< of inputs, options and tiles: parts of another plan are not taken for its own
-  Arguments words;           ///< options as they were given
+  Arguments words;           ///< options as they were given, on the command line or by --config, but for the pose
+  Pose pose;                 ///< of B
   std::uint64_t memory = 0;  ///< bytes that the run of a tile may take; 0: the points of a tile were given instead
   std::array<JobScan, 2> scan;
   Frame frame;

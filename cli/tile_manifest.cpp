@@ -103,6 +103,7 @@ Json of(const Job& job) {
   const Frame& f = job.frame;
   return {{"schema", schema},
           {"words", job.words},
+          {"pose", job.pose.m},
           {"memory", job.memory},
           {"inputs", {of(job.scan[0]), of(job.scan[1])}},
           {"frame",
@@ -162,7 +163,7 @@ Job read_job(const fs::path& folder, const Context& context) {
     Job job;
     job.folder = folder;
     job.id = id_of(text.substr(0, text.find_last_not_of('\n') + 1));
-    json.at("words").get_to(job.words), json.at("memory").get_to(job.memory);
+    json.at("words").get_to(job.words), json.at("pose").get_to(job.pose.m), json.at("memory").get_to(job.memory);
     for (std::size_t k = 0; k < 2; ++k) job.scan[k] = scan_of(json.at("inputs").at(k));
     const Json& frame = json.at("frame");
     job.frame.origin = point_of(frame.at("origin"));

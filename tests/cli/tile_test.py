@@ -56,6 +56,19 @@ class Tiles(CliTest):
                 self.assertEqual(self.reduced(), whole)
                 shutil.rmtree(self.path("job"))
 
+    def test_options_of_a_file_go_along(self):
+        """What --config gives is known to run and reduce, wherever they are called, and whatever becomes of the file."""
+        self.path("pose.txt").write_text("1 0 0 2\n0 1 0 1\n0 0 1 0.5\n0 0 0 1\n")
+        self.path("options.toml").write_text('border = "hull"\nmax-edge = 80\nno-layer-check = true\npose = "pose.txt"\n')
+        whole = self.whole("--config", "options.toml")
+        self.assertEqual(whole["border"]["rule"], "hull")
+        self.plan("--tile-points", "2500", "--config", "options.toml")
+        self.path("options.toml").unlink(), self.path("pose.txt").unlink()
+        os.mkdir(self.path("elsewhere"))
+        for step in (["run"], ["reduce", "--json", "../found.json"]):
+            subprocess.run([BIN, "tile", step[0], "../job", "--quiet", *step[1:]], cwd=self.path("elsewhere"), check=True)
+        self.assertEqual(told(self.path("found.json").read_text()), whole)
+
     def test_a_pose_and_limits_go_along(self):
         self.path("pose.txt").write_text("0 -1 0 5000\n1 0 0 7\n0 0 1 3\n0 0 0 1\n")
         self.run_cli("convert", self.b, "turned.ply", "--pose", "pose.txt")
