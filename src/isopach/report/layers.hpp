@@ -18,7 +18,8 @@ void require_map_direction(const ProjectOptions& options, const std::string& opt
 /// tests/report/layers_test.cpp.
 [[nodiscard]] RasterLayers difference_layers(const Comparison& c, double step, const Context& context);
 
-/// The same of cells in parts, of which the comparison has those alone that are in no part: the same bits. Oracle: the whole, tests/cli/tile_test.py.
+/// The same of cells in parts, of which the comparison has those alone that are in no part: the same bits. Oracle: the
+/// whole, tests/cli/tile_test.py.
 [[nodiscard]] RasterLayers difference_layers(const PartedCells& cells, const Comparison& c, double step,
                                              const Context& context);
 /// … of the pixels that cover a box, in frame coordinates: one look at the cells instead of two.
