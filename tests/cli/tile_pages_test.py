@@ -97,8 +97,8 @@ class TilePages(CliTest):
 
     def test_numbers_of_the_page_are_those_of_compare(self):
         a, b = self.terrain()
-        page = self.text(self.tiled(a, b, 3000, plan=["--measure", "dV"]))
-        self.run_cli("compare", a, b, "-o", "whole", "--measure", "dV", "--no-cells", "--no-points")
+        page = self.text(self.tiled(a, b, 3000))
+        self.run_cli("compare", a, b, "-o", "whole", "--no-cells", "--no-points")
         whole = self.path("whole/report.html").read_text()
         self.assertGreater(len(told(page)), 25)
         self.assertEqual(told(page), told(whole))

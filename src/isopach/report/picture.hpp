@@ -16,7 +16,7 @@ struct Picture {
 
 /// As fine as a map of look.width pixels shows, of what both scans may share or of look.extent; no square holds less
 /// than a node on average. The same for any tiling. Cost: one look at the cells, some 200 bytes a square, of which
-/// there are at most a million for a map of 1600 pixels. Test: tests/cli/tile_outputs_test.py.
+/// there are at most a million for a map of 1600 pixels. Test: tests/cli/tile_pages_test.py.
 [[nodiscard]] Picture picture_of(const PartedCells& cells, const Comparison& c, const MapOptions& look,
                                  const Context& context);
 
