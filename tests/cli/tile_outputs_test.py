@@ -1,5 +1,6 @@
 """What a comparison in tiles writes beside its page (tile_pages_test.py): rasters, pages for clients, all of it of large scans."""
 
+import random
 import unittest
 
 from support import CliTest
@@ -41,6 +42,21 @@ class TileOutputs(CliTest):
         self.assertIn("<svg", self.path("out/difference.svg").read_text())
         self.fails(2, "tile", "reduce", "job", "-o", "far", "--extent", "0,0,1,1", says=["--extent", "do not reach"])
         self.assertFalse(self.path("far").exists())
+
+    def test_ground_narrower_than_squares_is_drawn(self):
+        """A corridor across the box of the scans, and a frame far larger than they are."""
+        for name, lift in (("a", 0.0), ("b", 0.3)):
+            chance = random.Random(name)
+            rows = []
+            for _ in range(6000):
+                s, t = chance.uniform(0, 2000), chance.uniform(-0.6, 0.6)
+                rows.append((0.8 * s - 0.6 * t, 0.6 * s + 0.8 * t, lift))
+            self.write(f"{name}.xyz", rows)
+        self.scans = ["a.xyz", "b.xyz"]
+        self.job("job", 5000)
+        for words in ([], ["--extent=-1e9,-1e9,1e9,1e9"]):
+            self.run_cli("tile", "reduce", "job", "-o", "out", *words)
+            self.assertIn('id="view-data"', self.path("out/report.html").read_text())
 
     def test_large_scans_have_them_too(self):
         self.run_cli("simulate", "terrain", "--points", "1200000", "-o", "large")

@@ -30,16 +30,18 @@ Box2 shared_box(const Comparison& c) {
 Box2 shown_box(const Comparison& c, const MapOptions& look) {
   if (!look.extent) return shared_box(c);
   const Point3& o = c.frame.origin;
-  const Box2& e = *look.extent;
-  return {{e.min.x - o.x, e.min.y - o.y}, {e.max.x - o.x, e.max.y - o.y}};
+  const Box2 &e = *look.extent, shared = shared_box(c);
+  const Box2 seen{{std::max(e.min.x - o.x, shared.min.x), std::max(e.min.y - o.y, shared.min.y)},
+                  {std::min(e.max.x - o.x, shared.max.x), std::min(e.max.y - o.y, shared.max.y)}};
+  return seen.min.x < seen.max.x && seen.min.y < seen.max.y ? seen : shared;
 }
 
 double side_of(const Box2& box, const Comparison& c, const MapOptions& look) {
   constexpr double squares_a_pixel = 0.6;  // across: as much of its width as the map itself has
   const double width = box.max.x - box.min.x, height = box.max.y - box.min.y;
   const double of_map = std::max(width, height) / (squares_a_pixel * look.width);
-  const double of_nodes =
-      std::sqrt(width * height / static_cast<double>(std::max<std::size_t>(1, c.a.nodes + c.b.nodes)));
+  const auto nodes = static_cast<double>(std::max<std::size_t>(1, c.a.nodes + c.b.nodes));
+  const double of_nodes = std::sqrt((c.domain_area > 0 ? c.domain_area : width * height) / nodes);
   const double side = std::max(of_map, of_nodes);
   if (!(side > 0)) return 1;
   const double digit = std::pow(10.0, std::floor(std::log10(side)) - 1);
@@ -59,9 +61,12 @@ struct Square {
 
 std::vector<Square> squares_of(const RasterLayers& layers, const Point3& offset) {
   const Array<double>&d = layers.bands[0].values, &coverage = layers.bands[1].values, &z = layers.bands[2].values;
+  double all = 0, of_half = 0;
+  for (const double share : coverage) all += share, of_half += share >= 0.5 ? share : 0;
+  const double least = of_half >= 0.8 * all ? 0.5 : 0;  // what is narrower than a square is drawn as wide as one
   std::vector<Square> squares;
   for (std::size_t i = 0; i < d.size(); ++i) {
-    if (!(coverage[i] >= 0.5)) continue;
+    if (!(coverage[i] > 0 && coverage[i] >= least)) continue;
     const double column = static_cast<double>(i % layers.columns) + 0.5,
                  row = static_cast<double>(i / layers.columns) + 0.5;
     const auto& g = layers.geotransform;

@@ -8,7 +8,8 @@
 namespace isopach {
 
 /// Means over squares as cells: a node at the middle of each square of which half or more was measured, and triangles
-/// between squares that lie side by side. Drawn in place of the cells themselves; no number is made of it.
+/// between squares that lie side by side; of ground narrower than squares a node for each square it touches. Drawn in
+/// place of the cells themselves; no number is made of it.
 struct Picture {
   Cells cells;
   double side = 0;  ///< of the squares, in the unit of x and y
